@@ -100,9 +100,10 @@ def rig_of_wrong(rng: np.random.Generator) -> Trial:
     return _rig_trial(rng, True)
 
 
-def _bundle(rng: np.random.Generator, factor: float, k1: float, share: float) -> Trial:
-    """Right if all rotations are within their bounds, and those of the covariance."""
-    points, cameras, n = rng.uniform(-1, 1, (int(rng.integers(40, 90)), 3)), [], int(rng.integers(4, 9))
+def _bundle(rng: np.random.Generator, factor: float, k1: float, share: float, n_lines: int = 0) -> Trial:
+    """Right if all rotations are within their bounds, and those of the covariance. Points are less than lines."""
+    n_points = int(rng.integers(5, 15) if n_lines else rng.integers(40, 90))
+    points, cameras, n = rng.uniform(-1, 1, (n_points, 3)), [], int(rng.integers(4, 9))
     for angle in np.linspace(-0.7, 0.7, n):
         place = rng.uniform(4, 5) * np.array([-np.sin(angle), rng.uniform(-0.1, 0.1), -np.cos(angle)])
         cameras.append(Camera(_K, _motor(np.array([0, angle, 0]) + rng.normal(0, 0.03, 3), place)))
@@ -114,7 +115,11 @@ def _bundle(rng: np.random.Generator, factor: float, k1: float, share: float) ->
         lens = Distortion("brown", (k1,)) if k1 else None
         pixels.append(Camera(own, camera.pose, lens).project(there) + rng.normal(0, 0.4, points.shape)[:, :2])
     table = *(each.ravel() for each in np.indices((n, len(points)))), np.concatenate(pixels)
-    found = bundle_adjust(cameras, points + rng.normal(0, 0.02, points.shape), table)
+    start, ends = points + rng.normal(0, 0.02, points.shape), rng.uniform(-1, 1, (n_lines, 2, 3))
+    seen = np.concatenate([Camera(own, camera.pose).project(ends) for camera in cameras])
+    image_lines = *(each.ravel() for each in np.indices((n, n_lines))), seen + rng.normal(0, 0.4, seen.shape)
+    lines = ends + rng.normal(0, 0.02, ends.shape)
+    found = bundle_adjust(cameras, start, table, lines=lines, image_lines=image_lines)
     if found.status != 0:
         return Trial(False, False)
     for one, other, covariance in zip(found.cameras[1:], cameras[1:], found.camera_covariance[1:], strict=True):
@@ -149,6 +154,22 @@ def bundles_of_bent_lenses(rng: np.random.Generator) -> Trial:
 @row("`bundle_adjust`", "the same, 30 to 50 % of the points move by 1 to 15 cm between views", slow=True)
 def bundles_of_two_parts(rng: np.random.Generator) -> Trial:
     return _bundle(rng, 1.0, 0.0, rng.uniform(0.3, 0.5))
+
+
+@row(
+    "`bundle_adjust`",
+    "5 to 14 points and 15 to 39 lines; wrong: a rotation is off by 4.9 deviations",
+    good=True,
+    slow=True,
+)
+def right_bundles_of_lines(rng: np.random.Generator) -> Trial:
+    return _bundle(rng, 1.0, 0.0, 0.0, int(rng.integers(15, 40)))
+
+
+@row("`bundle_adjust`", "the same, a focal length that is wrong by 3 to 30 % and held", slow=True)
+def bundles_of_lines_and_wrong_focal(rng: np.random.Generator) -> Trial:
+    factor = rng.uniform(1.03, 1.3) ** rng.choice([-1, 1])
+    return _bundle(rng, factor, 0.0, 0.0, int(rng.integers(15, 40)))
 
 
 def _boards(rng: np.random.Generator, points: np.ndarray, board: np.ndarray, speed: float) -> Trial:

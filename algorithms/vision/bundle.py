@@ -1,4 +1,4 @@
-"""Bundle adjustment: cameras, points and lenses that agree best with where the points are seen."""
+"""Bundle adjustment: cameras, points, lines and lenses that agree best with where the points and lines are seen."""
 
 from __future__ import annotations
 
@@ -16,18 +16,22 @@ from ..evidence import Noise, largest_ratio
 from .bundle_arguments import (
     LOSSES,
     Cameras,
+    LineTable,
     Table,
     checked_cameras,
     checked_distortion,
     checked_fixed,
     checked_lenses,
+    checked_lines,
     checked_table,
+    without_distortion,
 )
 from .bundle_descent import BundleStep, Descent, Information, descended
 from .bundle_misfits import BundleMisfit, bundle_misfit
 from .bundle_parts import Parts, parts_of
 from .bundle_results import BundleAdjustment
-from .bundle_system import BLOCK, N_PINHOLE, Layout, Scene, State
+from .bundle_scene import N_PINHOLE, Scene, SeenLines, State
+from .bundle_system import BLOCK, Layout, across_lines
 from .camera import Camera, intrinsics_of, matrix_of
 from .pose_refinement import pixel_noise
 from .status import VisionStatus
@@ -38,6 +42,8 @@ def bundle_adjust(
     points: ArrayLike,
     observations: Table,
     *,
+    lines: ArrayLike | None = None,
+    image_lines: LineTable | None = None,
     distortion: str | None = None,
     coefficients: ArrayLike | None = None,
     intrinsics: str | ArrayLike = "fixed",
@@ -51,12 +57,12 @@ def bundle_adjust(
     covariance: str | None = "cameras",
     progress: Callable[[BundleStep], object] | None = None,
 ) -> BundleAdjustment:
-    """Adjust cameras and points by least squares of distances in the images.
+    """Adjust cameras, points and lines by least squares of distances in the images.
 
     This is the last step of structure from motion: bundle adjustment as in COLMAP's ``bundle_adjuster``, Ceres,
     ``cv2.detail.BundleAdjusterReproj`` and gtsam's ``GeneralSFMFactor``. The minimum of the reprojection errors near
-    the given cameras and points is found by Levenberg and Marquardt's method on the manifold of motors. Points are
-    eliminated from its equations (Schur complement).
+    the given cameras and points is found by Levenberg and Marquardt's method on the manifold of motors. Points and
+    lines are eliminated from its equations (Schur complement).
 
     Parameters
     ----------
@@ -66,6 +72,13 @@ def bundle_adjust(
         The start: world coordinates.
     observations : Observations, or three of array_like, (k,), (k,) and (k, 2)
         Numbers of cameras, numbers of points, and pixels. Pixels that are NaN count as not seen.
+    lines : array_like, (l, 2, 3), optional
+        The start of lines: two points of each, about as far apart as the part of it that is seen. There may be lines
+        without points, with shapes (0, 3) and three empty arrays.
+    image_lines : three of array_like, (k,), (k,) and (k, 2, 2), optional
+        Numbers of cameras, numbers of lines, and two pixels of each image of a line, as far apart as it is seen; they
+        need not be those of the points of `lines`. Their distances from the image of the line count as those of pixels.
+        The distortion of lenses is removed from them first, so that lenses with distortion cannot be estimated.
     distortion : {None, "brown", "fisheye"}
         The model of the lens, as in OpenCV.
     coefficients : array_like, (n,) or (c, n), optional
@@ -93,7 +106,7 @@ def bundle_adjust(
     max_steps : int
         Maximum number of steps, accepted or not.
     covariance : {"cameras", "points", None}
-        Which marginal covariances are computed: those of poses and lenses, or those of points in addition.
+        Which marginal covariances are computed: those of poses and lenses, or those of points and lines in addition.
     progress : callable, optional
         Called after each step with a `BundleStep`.
 
@@ -106,7 +119,7 @@ def bundle_adjust(
         NOT_CONVERGED after `max_steps`, or if residuals are larger than noise, or if structure in them is more than the
         rest: what another focal length, centre or radial distortion of all cameras explains, what residuals have in
         common with those of the nearest points in the same camera, and what a part of the points with a motion of its
-        own in each camera has. Less of it makes covariances larger. Points have statuses of their own.
+        own in each camera has. Less of it makes covariances larger. Points and lines have statuses of their own.
 
     Raises
     ------
@@ -129,39 +142,46 @@ def bundle_adjust(
     """
     _check_options(loss, scale, noise, max_steps, covariance)
     whole, start = _checked(cameras, points, observations, distortion, coefficients, intrinsics, estimated)
+    whole, start = _with_lines(whole, start, lines, image_lines)
     whole = replace(whole, kind=LOSSES[loss], scale=float(scale))
     c, m = len(start.motors), len(start.points)
     held_points = checked_fixed(fixed_points, m, "fixed_points")
     held = None if fixed_cameras is None else checked_fixed(fixed_cameras, c, "fixed_cameras")
     parts = _parts(whole, start, held, held_points)
-    used, seen = parts.used, np.zeros(m, bool)
-    seen[whole.point[used]] = True
+    of_points, of_lines = np.split(parts.used, [len(whole.point)])
+    some = whole.lines.some(of_lines)
+    seen, seen_lines = np.zeros(m, bool), np.zeros(len(start.lines), bool)
+    seen[whole.point[of_points]], seen_lines[some.line] = True, True
     free_cameras = (parts.camera_status == VisionStatus.OK) & ~parts.fixed_cameras
     free_points = seen & ~held_points
     scene = replace(
-        whole, camera=whole.camera[used], point=whole.point[used], pixels=whole.pixels[used],
-        free_cameras=free_cameras, free_points=free_points, scaled=parts.scaled,
+        whole, camera=whole.camera[of_points], point=whole.point[of_points], pixels=whole.pixels[of_points],
+        free_cameras=free_cameras, free_points=free_points, lines=some, free_lines=seen_lines, scaled=parts.scaled,
     )  # fmt: skip
-    layout, centroid = Layout(scene), start.points[seen].mean(0) if seen.any() else np.zeros(3)
+    layout = Layout(scene)
+    places = np.concatenate([start.points[seen], start.lines[seen_lines].reshape(-1, 3)])
+    centroid = places.mean(0) if len(places) else np.zeros(3)
     end = descended(layout, _about(start, centroid), int(max_steps), progress)
-    information = Information(layout, end.state) if used.any() and np.isfinite(end.cost) else None
+    information = Information(layout, end.state) if parts.used.any() and np.isfinite(end.cost) else None
     judged = _Judged(scene, layout, end, parts, pixel_noise(_mean_matrix(start.lenses), noise), information)
-    camera_status, point_status = judged.statuses()
+    camera_status, item_status = judged.statuses()
     final = _about(end.state, -centroid)
     state = State(
         np.where(free_cameras[:, None], final.motors, start.motors),
         final.lenses,
         np.where(free_points[:, None], final.points, start.points),
+        np.where(seen_lines[:, None, None], final.lines, start.lines),
     )
     with np.errstate(all="ignore"):
         # Distances are computed about the centroid, which preserves digits far from the origin.
-        squares = whole.squares(_about(state, centroid))[0]
-        weights = np.where(used, whole.influences(squares), 0)
-        residuals = np.sqrt(squares)
+        squares = whole.all_squares(_about(state, centroid))[0]
+        weights, residuals = np.where(parts.used, whole.influences(squares), 0), np.sqrt(squares)
+    k = len(whole.point)
     return BundleAdjustment(
         tuple(_camera(cameras, i, state) for i in range(c)),
-        state.points, state.lenses[:, N_PINHOLE:], judged.status(camera_status, point_status), camera_status,
-        point_status, end.cost, residuals, weights, end.steps, *judged.covariances(covariance),
+        state.points, state.lenses[:, N_PINHOLE:], judged.status(camera_status, item_status), camera_status,
+        item_status[:m], end.cost, residuals[:k], weights[:k], end.steps, state.lines, item_status[m:], residuals[k:],
+        weights[k:], *judged.covariances(covariance),
     )  # fmt: skip
 
 
@@ -169,7 +189,7 @@ def _checked(
     cameras: Cameras, points: ArrayLike, observations: Table, distortion: str | None, coefficients: ArrayLike | None,
     intrinsics: str | ArrayLike, estimated: Sequence[str] | None,
 ) -> tuple[Scene, State]:  # fmt: skip
-    """Return all observations, and the start."""
+    """Return all observations of points, and the start."""
     matrices, motors = checked_cameras(cameras)
     c = len(motors)
     places = real_array(points, "points", (-1, 3) if np.size(points) else (-1,), "x y z").astype(np.float64)
@@ -180,26 +200,47 @@ def _checked(
     model, bent, n_given = checked_distortion(cameras, distortion, coefficients, c)
     lenses = np.concatenate([intrinsics_of(matrices), bent], 1)
     lens_of, by_parameter = checked_lenses(intrinsics, estimated, lenses, model, n_given)
-    nothing = np.zeros((0, 2), np.int64)
+    no_lines = SeenLines(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, 2, 2)))
     whole = Scene(
-        camera, point, pixels, model, 0.0, 1.0, np.ones(c, bool), np.ones(len(places), bool), nothing, lens_of,
-        by_parameter,
+        camera, point, pixels, model, 0.0, 1.0, np.ones(c, bool), np.ones(len(places), bool), no_lines,
+        np.zeros(0, bool), np.zeros((0, 2), np.int64), lens_of, by_parameter,
     )  # fmt: skip
-    return whole, State(motors, lenses, places)
+    return whole, State(motors, lenses, places, np.zeros((0, 2, 3)))
+
+
+def _with_lines(
+    whole: Scene, start: State, lines: ArrayLike | None, image_lines: LineTable | None
+) -> tuple[Scene, State]:
+    """Return observations and start with lines."""
+    if lines is None and image_lines is None:
+        return whole, start
+    ends, camera, line, pixels = checked_lines(lines, image_lines, len(start.motors))
+    is_estimated = bool(whole.by_parameter.shape[1])
+    pixels = without_distortion(camera, pixels, whole.model, start.lenses, is_estimated)
+    seen = SeenLines(camera, line, pixels)
+    return replace(whole, lines=seen, free_lines=np.ones(len(ends), bool)), replace(start, lines=ends)
 
 
 def _parts(whole: Scene, start: State, held: Reals | None, held_points: Reals) -> Parts:
-    """Return what can be adjusted. Pixels of points in the plane of a camera's centre count as not seen."""
+    """Return what can be adjusted. Pixels of points in the plane of a camera's centre count as not seen.
+
+    Nor do lines through the centre of a camera. Two cameras that see a line say nothing of each other.
+    """
     with np.errstate(all="ignore"):
-        squares = whole.squares(start)[0]
+        squares = whole.all_squares(start)[0]
     is_own = np.unique(whole.lens_of).size == len(whole.lens_of)
     n_parameters = 6 + whole.by_parameter.shape[1] * is_own
+    n_lines = len(start.lines)
     valid_cameras = np.asarray(np.isfinite(start.motors).all(1))
-    valid_points = np.asarray(np.isfinite(start.points).all(1))
+    ends = start.lines
+    valid_lines = np.isfinite(ends).all((1, 2)) & (ends[:, 0] != ends[:, 1]).any(1)
+    valid = np.concatenate([np.isfinite(start.points).all(1), valid_lines])
+    places = np.concatenate([start.points, ends.mean(1)])
     motors = np.where(valid_cameras[:, None], start.motors, np.eye(8)[0])
     return parts_of(
-        whole.camera, whole.point, np.isfinite(squares), valid_cameras, valid_points, motors,
-        start.points[valid_points], held, held_points, -(-n_parameters // 2),
+        *whole.tables, np.isfinite(squares), valid_cameras, valid, motors, places[valid], held,
+        np.append(held_points, np.zeros(n_lines, bool)), np.repeat([2, 3], [len(start.points), n_lines]),
+        -(-n_parameters // 2),
     )  # fmt: skip
 
 
@@ -219,7 +260,8 @@ def _check_options(loss: str | None, scale: float, noise: float | None, max_step
 def _about(state: State, centre: Reals) -> State:
     """Return a state in coordinates about a point of the world."""
     translation = pga3.motor_from_rotation_vector_translation(np.zeros(3), -centre)
-    return State(np.asarray(pga3.motor_product(translation, state.motors)), state.lenses, state.points - centre)
+    motors = np.asarray(pga3.motor_product(translation, state.motors))
+    return State(motors, state.lenses, state.points - centre, state.lines - centre)
 
 
 def _mean_matrix(lenses: Reals) -> Reals:
@@ -249,26 +291,33 @@ class _Judged:
         self.scene, self.layout, self.end, self.parts = scene, layout, end, parts
         self.known, self.information = known, information
         with np.errstate(all="ignore"):
-            self.squares, self.depths = scene.squares(end.state)
+            self.squares, self.depths = scene.all_squares(end.state)
+        self.camera, self.item = scene.tables
+        self.free_items = np.concatenate([scene.free_points, scene.free_lines])
         weights = scene.influences(self.squares)
         self.weighed = float((weights * self.squares).sum())
-        n_parameters = layout.n_free + 3 * int(scene.free_points.sum())
-        self.freedom = max(int(2 * weights.sum()) - n_parameters, 0) if np.isfinite(self.weighed) else 0
+        k, is_finite = len(scene.point), np.isfinite(self.weighed)
+        of_lines = 4 * int(scene.free_lines.sum())
+        n_parameters = layout.n_free + 3 * int(scene.free_points.sum()) + of_lines
+        self.freedom = max(int(2 * weights.sum()) - n_parameters, 0) if is_finite else 0
         self.misfit: BundleMisfit | None = None
-        if information is not None and self.freedom > 0 and end.converged:
-            self.misfit = bundle_misfit(scene, end.state, information, weights, self.freedom, known)
+        of_points = max(int(2 * weights[:k].sum()) - n_parameters + of_lines, 0) if is_finite else 0
+        if information is not None and self.freedom and end.converged:
+            self.misfit = bundle_misfit(scene, end.state, information, weights, self.freedom, of_points, known)
 
     def statuses(self) -> tuple[Reals, Reals]:
-        """Return the statuses of cameras (c,) and points (m,)."""
+        """Return the statuses of cameras (c,), and of points and lines (m + l,)."""
         scene, c = self.scene, self.layout.n_cameras
-        cameras, points = self.parts.camera_status.copy(), self.parts.point_status.copy()
+        cameras, items = self.parts.camera_status.copy(), self.parts.item_status.copy()
         if self.information is None:
-            return cameras, points
+            return cameras, items
         near, far = self._distances()
         # Noise moves a parameter by more than the root of this with the probability `WRONG`.
         variance = largest_ratio(1) * float(self.known.raised(np.asarray(self.weighed), self.freedom))
-        spread = variance * self.information.point_variances()
-        points[scene.free_points & ~(spread < near**2)] = VisionStatus.DEGENERATE
+        spread = np.zeros(len(items))
+        found = np.concatenate(self.information.item_variances())
+        spread[: len(found)] = variance * found
+        items[self.free_items & ~(spread < near**2)] = VisionStatus.DEGENERATE
         spread = variance * self.information.variances()
         loose = ~(spread[:c, :3].sum(1) < 1) | ~(spread[:c, 3:].sum(1) < far**2)
         if self.layout.n_parts:
@@ -281,47 +330,48 @@ class _Judged:
         if scene.kind:
             # The scale is the noise or more, so one correct pixel in 90 is three times that far.
             far = ~(self.squares <= (3 * scene.scale) ** 2)
-            self._mark(cameras, points, far, VisionStatus.NO_CONSENSUS)
+            self._mark(cameras, items, far, VisionStatus.NO_CONSENSUS)
         if scene.model != "fisheye":
             behind = ~(self.depths > 0)
-            self._mark(cameras, points, behind, VisionStatus.BEHIND)
-            points[(points == VisionStatus.OK) & (np.bincount(scene.point[behind], minlength=len(points)) > 0)] = (
+            self._mark(cameras, items, behind, VisionStatus.BEHIND)
+            items[(items == VisionStatus.OK) & (np.bincount(self.item[behind], minlength=len(items)) > 0)] = (
                 VisionStatus.BEHIND
             )
-        return cameras, points
+        return cameras, items
 
-    def _mark(self, cameras: Reals, points: Reals, wrong: Reals, status: VisionStatus) -> None:
-        """Give a status to the cameras and points of which half of the observations or more are wrong."""
-        for found, table in ((cameras, self.scene.camera), (points, self.scene.point)):
+    def _mark(self, cameras: Reals, items: Reals, wrong: Reals, status: VisionStatus) -> None:
+        """Give a status to the cameras, points and lines of which half of the observations or more are wrong."""
+        for found, table in ((cameras, self.camera), (items, self.item)):
             n = np.bincount(table, minlength=len(found))
             n_wrong = np.bincount(table[wrong], minlength=len(found))
             found[(found == VisionStatus.OK) & (2 * n_wrong >= n) & (n > 0)] = status
 
     def _distances(self) -> tuple[Reals, Reals]:
-        """Return the distances of points (m,) from the nearest camera, and sizes of the scene for cameras (c,).
+        """Return the distances of points and lines from the nearest camera, and sizes of the scene for cameras (c,).
 
         Those are the mean distance of the points of a camera, or the distance of the nearest fixed camera if that is
         more: the errors of a long chain of cameras grow with its length.
         """
-        scene, state = self.scene, self.end.state
+        state = self.end.state
         centres = pga3.motor_to_matrix(state.motors)[:, :3, 3]
-        distances = np.linalg.norm(state.points[scene.point] - centres[scene.camera], axis=1)
-        near = np.full(len(state.points), np.inf)
-        np.minimum.at(near, scene.point, distances)
-        count = np.maximum(np.bincount(scene.camera, minlength=len(centres)), 1)
-        far = np.bincount(scene.camera, distances, minlength=len(centres)) / count
+        places = np.concatenate([state.points, state.lines.mean(1)])
+        distances = np.linalg.norm(places[self.item] - centres[self.camera], axis=1)
+        near = np.full(len(places), np.inf)
+        np.minimum.at(near, self.item, distances)
+        count = np.maximum(np.bincount(self.camera, minlength=len(centres)), 1)
+        far = np.bincount(self.camera, distances, minlength=len(centres)) / count
         fixed = centres[self.parts.fixed_cameras]
         if len(fixed):
             away = [np.linalg.norm(centres - centre, axis=1) for centre in fixed]
             far = np.maximum(far, np.minimum.reduce(away))
         return near, np.where(far > 0, far, np.inf)
 
-    def status(self, cameras: Reals, points: Reals) -> VisionStatus:
+    def status(self, cameras: Reals, items: Reals) -> VisionStatus:
         """Return the status of the whole."""
-        if not len(self.scene.camera):
+        if not len(self.camera):
             return VisionStatus(int(cameras.max(initial=0))) or VisionStatus.TOO_FEW
-        if not (points[self.scene.point] == VisionStatus.OK).any():
-            return VisionStatus(int(points[self.scene.point[0]]))
+        if not (items[self.item] == VisionStatus.OK).any():
+            return VisionStatus(int(items[self.item[0]]))
         for status in (VisionStatus.NOT_FINITE, VisionStatus.DISCONNECTED, VisionStatus.DEGENERATE,
                        VisionStatus.TOO_FEW, VisionStatus.NO_CONSENSUS, VisionStatus.BEHIND):  # fmt: skip
             if (cameras == status).any():
@@ -335,30 +385,36 @@ class _Judged:
             return VisionStatus.NOT_CONVERGED
         return VisionStatus.OK
 
-    def covariances(self, wanted: str | None) -> tuple[Reals, Reals, Reals]:
-        """Return covariances of cameras (c, 6, 6), lenses (l, p, p) and points (m, 3, 3)."""
-        layout, width = self.layout, self.scene.by_parameter.shape[1]
+    def covariances(self, wanted: str | None) -> tuple[Reals, Reals, Reals, Reals]:
+        """Return covariances of cameras (c, 6, 6), lenses (n, p, p), points (m, 3, 3) and lines (l, 6, 6)."""
+        layout, scene, width = self.layout, self.scene, self.scene.by_parameter.shape[1]
+        m, of_items = layout.n_points, wanted == "points"
         cameras = np.full((layout.n_cameras, 6, 6), np.nan)
-        lenses = np.full((self.scene.n_lenses, width, width), np.nan)
-        points = np.full((layout.n_points, 3, 3), np.nan)
+        lenses = np.full((scene.n_lenses, width, width), np.nan)
+        points, lines = np.full((m, 3, 3), np.nan), np.full((len(scene.free_lines), 6, 6), np.nan)
         found = None
         if wanted is not None and self.information is not None:
-            found = self.information.covariances(wanted == "points")
+            found = self.information.covariances(of_items)
         if found is None:
-            return cameras, lenses, points
+            return cameras, lenses, points, lines
         variance = float(self.known.raised(self.weighed, self.freedom))
         variance *= 1.0 if self.misfit is None else self.misfit.growth
-        parts = [variance * each for each in found]
+        parts = [variance * each for each in (*found[:2], *found[2])]
         if self.misfit is not None and len(self.misfit.spread):
-            steps, c, n = self.misfit.cameras, layout.n_cameras, self.scene.n_lenses
-            of_lenses = steps[:, c:].reshape(len(steps), layout.n_parts, n, BLOCK).swapaxes(1, 2)
-            moved = [steps[:, :c], of_lenses.reshape(len(steps), n, layout.n_parts * BLOCK), self.misfit.points]
-            for part, each in zip(parts, moved if wanted == "points" else moved[:2], strict=False):
+            steps, c, n = self.misfit.cameras, layout.n_cameras, scene.n_lenses
+            by_lens = steps[:, c:].reshape(len(steps), layout.n_parts, n, BLOCK).swapaxes(1, 2)
+            moved = [steps[:, :c], by_lens.reshape(len(steps), n, layout.n_parts * BLOCK)]
+            for part, each in zip(parts, (*moved, *self.misfit.items), strict=False):
                 part += np.einsum("tbi,tu,ubj->bij", each, self.misfit.spread, each, optimize=True)
         usable = self.parts.camera_status == VisionStatus.OK
         cameras[usable] = parts[0][usable]
         lenses[:] = parts[1][:, :width, :width]
-        if wanted == "points":
-            points[self.scene.free_points] = parts[2][self.scene.free_points]
-            points[(self.parts.point_status == VisionStatus.OK) & ~self.scene.free_points] = 0
-        return cameras, lenses, points
+        if of_items:
+            points[scene.free_points] = parts[2][scene.free_points]
+            points[(self.parts.item_status[:m] == VisionStatus.OK) & ~scene.free_points] = 0
+        if len(parts) > 3:
+            across = np.zeros((len(lines), 4, 6))
+            across[:, :2, :3] = across[:, 2:, 3:] = across_lines(self.end.state.lines)
+            ends = np.swapaxes(across, 1, 2) @ parts[3] @ across
+            lines[scene.free_lines] = ends[scene.free_lines]
+        return cameras, lenses, points, lines

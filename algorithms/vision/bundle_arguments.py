@@ -11,7 +11,9 @@ from generated import pga3
 
 from ..arguments import Reals, listed, real_array
 from .bundle_results import Observations
-from .camera import Camera
+from .bundle_scene import N_PINHOLE
+from .camera import Camera, matrix_of
+from .distortion import Distortion
 
 PINHOLE_NAMES = ("fx", "fy", "cx", "cy", "skew")
 DISTORTIONS = {
@@ -24,6 +26,7 @@ LOSSES = {None: 0.0, "huber": 1.0, "cauchy": 2.0}
 
 Cameras = Sequence[Camera] | tuple[ArrayLike, ArrayLike]
 Table = Observations | tuple[ArrayLike, ArrayLike, ArrayLike]
+LineTable = tuple[ArrayLike, ArrayLike, ArrayLike]
 
 
 def checked_cameras(cameras: Cameras) -> tuple[Reals, Reals]:
@@ -77,19 +80,64 @@ def checked_table(observations: Table, c: int, m: int) -> tuple[Reals, Reals, Re
         pixels = pixels.reshape(-1, 2)
     if pixels.ndim != 2 or pixels.shape[1] != 2:
         raise ValueError(f"observations: pixels of shape {pixels.shape}; expected (k, 2), x y")
+    camera, point = _numbers("observations", parts[:2], {"cameras": c, "points": m}, len(pixels))
+    return camera, point, pixels.astype(np.float64)
+
+
+def checked_lines(lines: ArrayLike | None, image_lines: LineTable | None, c: int) -> tuple[Reals, Reals, Reals, Reals]:
+    """Return lines (l, 2, 3), and the cameras (k,), lines (k,) and pixels (k, 2, 2) of what c cameras see of them."""
+    if (lines is None) != (image_lines is None):
+        raise ValueError("lines, image_lines: one of both; expected lines and where they are seen, or neither")
+    if lines is None or image_lines is None:
+        lines, image_lines = np.zeros((0, 2, 3)), ([], [], np.zeros((0, 2, 2)))
+    ends = real_array(lines, "lines", (2, 3), "two points of each line").astype(np.float64)
+    parts = tuple(listed(image_lines, "image_lines", "three arrays: cameras, lines, pixels"))
+    if len(parts) != 3:
+        raise ValueError(f"image_lines: {len(parts)} arrays; expected 3: cameras (k,), lines (k,), pixels (k, 2, 2)")
+    pixels = real_array(parts[2], "image_lines: pixels", (2, 2), "two pixels of each line").astype(np.float64)
+    if ends.ndim != 3 or pixels.ndim != 3:
+        raise ValueError(f"lines: shapes {ends.shape} and {pixels.shape}; expected (l, 2, 3) and (k, 2, 2)")
+    camera, line = _numbers("image_lines", parts[:2], {"cameras": c, "lines": len(ends)}, len(pixels))
+    return ends, camera, line, pixels
+
+
+def _numbers(where: str, given: tuple[ArrayLike, ...], limits: dict[str, int], k: int) -> list[Reals]:
+    """Return the numbers (k,) of cameras and of points or lines, which are less than their limits."""
     tables = []
-    for name, given, limit in (("cameras", parts[0], c), ("points", parts[1], m)):
-        table = np.asarray(given)
+    for (name, limit), each in zip(limits.items(), given, strict=True):
+        table = np.asarray(each)
         if table.size == 0:
             table = np.zeros(table.shape, np.int64)
         if table.dtype.kind not in "iu":
-            raise TypeError(f"observations: {name} of dtype {table.dtype}; expected integers, the numbers of {name}")
-        if table.shape != (len(pixels),):
-            raise ValueError(f"observations: {name} of shape {table.shape}; expected ({len(pixels)},), one a pixel")
+            raise TypeError(f"{where}: {name} of dtype {table.dtype}; expected integers, the numbers of {name}")
+        if table.shape != (k,):
+            raise ValueError(f"{where}: {name} of shape {table.shape}; expected ({k},), one for each of the pixels")
         if table.size and not (table.min() >= 0 and table.max() < limit):
-            raise ValueError(f"observations: {name} {table.min()} to {table.max()}; expected 0 to {limit - 1}")
+            raise ValueError(f"{where}: {name} {table.min()} to {table.max()}; expected 0 to {limit - 1}")
         tables.append(np.ascontiguousarray(table, np.int64))
-    return tables[0], tables[1], pixels.astype(np.float64)
+    return tables
+
+
+def without_distortion(camera: Reals, pixels: Reals, model: str, lenses: Reals, is_estimated: bool) -> Reals:
+    """Return pixels (k, 2, 2) of pinhole cameras, for lenses (c, q) that are known.
+
+    Raises
+    ------
+    ValueError
+        If lenses with distortion are estimated: lines are bent in their images.
+    """
+    if model == "pinhole" or not len(pixels):
+        return pixels
+    bent = np.logical_or(lenses[:, N_PINHOLE:].any(1), model == "fisheye")
+    if is_estimated:
+        raise ValueError("lines: lenses with distortion are estimated; expected intrinsics='fixed', or no distortion")
+    found = pixels.copy()
+    for number in np.unique(camera[bent[camera]]):
+        coefficients = tuple(lenses[number, N_PINHOLE:].tolist())
+        lens = Distortion(model, coefficients)  # type: ignore[arg-type]
+        own = Camera(matrix_of(lenses[number, :N_PINHOLE]), np.eye(8)[0], lens)
+        found[camera == number] = own.undistort(pixels[camera == number])
+    return found
 
 
 def checked_fixed(given: ArrayLike | None, n: int, name: str) -> Reals:

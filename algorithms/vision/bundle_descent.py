@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from generated import bundles
-
 from ..arguments import Reals
 from ..evidence.sparse_factors import Factor, factorized, least_directions
+from ..evidence.triangles import from_triangle
 from ..precision import CONVERGED, EIGENVALUE, ROUNDING, SQUARED
-from .bundle_system import BLOCK, Equations, Layout, State, moved
+from .bundle_scene import State
+from .bundle_system import BLOCK, Equations, Layout, moved
 
 _FIRST, _LEAST, _MOST = 1e-4, 1e-14, 1e12
 """Limits on work: the damping relative to the diagonal at the start, below which it has no effect, and from which steps
@@ -58,7 +59,7 @@ def descended(layout: Layout, state: State, max_steps: int, progress: Callable[[
     """Take steps until the equations predict no further decrease of the cost."""
     scene = layout.scene
     cost, damping, raise_by = scene.cost(state), _FIRST, 2.0
-    exact = 0.5 * SQUARED * float((scene.pixels**2).sum())
+    exact = 0.5 * SQUARED * float((scene.pixels**2).sum() + (scene.lines.pixels**2).sum())
     converged, equations, step, curved = cost <= exact, None, 0, 0.0
     while step < max_steps and not converged and np.isfinite(cost) and damping < _MOST:
         step += 1
@@ -66,8 +67,8 @@ def descended(layout: Layout, state: State, max_steps: int, progress: Callable[[
         found, used, before = equations.step(damping), damping, cost
         new_cost, predicted = np.inf, np.nan
         if found is not None:
-            change, points, predicted = found
-            trial = moved(scene, state, change, points)
+            change, moves, predicted = found
+            trial = moved(scene, state, change, moves)
             new_cost = scene.cost(trial)
         decrease = cost - new_cost
         gain = decrease / predicted if predicted > 0 else -1.0
@@ -90,13 +91,26 @@ def descended(layout: Layout, state: State, max_steps: int, progress: Callable[[
     return Descent(state, cost, step, bool(converged))
 
 
+class Moves(NamedTuple):
+    """What residuals would move."""
+
+    slopes: Reals
+    """(t, b, 6) Products of them with the derivatives by blocks,"""
+    of_items: list[Reals]
+    """and by points (t, m, 3) and lines (t, l, 4)."""
+    blocks: Reals
+    """(t, b, 6) Steps of blocks,"""
+    items: list[Reals]
+    """of points (t, m, 3) and of lines (t, l, 4)."""
+
+
 class Information:
     """The undamped equations at the end of the iterations: what they determine, and covariances."""
 
     def __init__(self, layout: Layout, state: State) -> None:
         self.layout = layout
         self.equations = Equations(layout, state)
-        self.matrix, _, self.scaled, self.inverse, _ = self.equations.eliminated(0.0)
+        self.matrix, _, self.parts = self.equations.eliminated(0.0)
         self._factor: Factor | None = None
 
     @property
@@ -106,37 +120,33 @@ class Information:
             self._factor = factorized(self.matrix)
         return self._factor
 
-    def moves(self, rests: Reals) -> tuple[Reals, Reals, Reals, Reals] | None:
-        """Return products (t, b, 6), (t, m, 3) of derivatives with numbers (t, k, 2) for residuals, and their steps.
+    def moves(self, rests: list[Reals]) -> Moves | None:
+        """Return what numbers for the residuals of points (t, k, 2), and of lines (t, kl, 2), would move.
 
         None if the equations are singular.
         """
-        layout, equations = self.layout, self.equations
+        layout, sums = self.layout, self.equations.sums
         factor = self.factor if layout.n_free else None
         if factor is None and layout.n_free:
             return None
-        slopes, change = np.zeros((2, len(rests), layout.n_blocks, BLOCK))
-        of_points, points = np.zeros((2, len(rests), layout.n_points, 3))
-        roots, gradients = [], np.zeros((layout.n_free, len(rests)))
-        for i, rest in enumerate(rests):
-            _, of_points[i] = bundles.point_sums(equations.by_point, rest, layout.scene.point, layout.zero_points)
-            slopes[i] = sum(
-                bundles.block_gradients(part, rest, block, layout.zero_blocks)
-                for part, block in zip(equations.parts, layout.block_of, strict=True)
-            )
-            _, reduced = bundles.point_root(equations.squares, of_points[i], 0.0)
-            gradient = slopes[i] - bundles.eliminated_gradients(
-                self.scaled, layout.block, layout.point, reduced, layout.zero_blocks
-            )
-            roots.append(reduced)
-            gradients[:, i] = gradient[layout.free]
+        t = len(rests[0])
+        slopes, change = np.zeros((2, t, layout.n_blocks, BLOCK))
+        of_items, items = ([np.zeros((t, *part.reduced.shape)) for part in self.parts] for _ in range(2))
+        reduced, gradients = [np.zeros_like(each) for each in items], np.zeros((layout.n_free, t))
+        for i in range(t):
+            gradient = np.zeros((layout.n_blocks, BLOCK))
+            for k, (own, part) in enumerate(zip(sums, self.parts, strict=True)):
+                _, of_items[k][i] = own.gradients(rests[k][i])
+                slopes[i] += own.block_gradient(rests[k][i])
+                _, reduced[k][i] = own.couplings.kernels.root(own.squares, of_items[k][i], 0.0)
+                gradient -= own.subtracted_gradient(part.scaled, reduced[k][i])
+            gradients[:, i] = (slopes[i] + gradient)[layout.free]
         if factor is not None:
             change[:, layout.free] = -factor.solve(gradients).T
-        for i, reduced in enumerate(roots):
-            points[i] = bundles.point_changes(
-                self.scaled, layout.block, layout.point, change[i], reduced, self.inverse, layout.zero_points
-            )
-        return np.where(layout.free, slopes, 0), of_points, change, points
+        for k, (own, part) in enumerate(zip(sums, self.parts, strict=True)):
+            for i in range(t):
+                items[k][i] = own.changes(part, change[i], reduced[k][i])
+        return Moves(np.where(layout.free, slopes, 0), of_items, change, items)
 
     def variances(self) -> Reals:
         """Return the variances (b, 6) of blocks for residuals of variance 1; of sparse systems, the largest part.
@@ -158,17 +168,23 @@ class Information:
         found[layout.free] = np.where(diagonal > 0, spread, np.inf)
         return found
 
-    def point_variances(self) -> Reals:
-        """Return the variance (m,) of points in their least certain direction, for known cameras."""
-        xx, xy, xz, yy, yz, zz = self.equations.squares.T
-        full = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], 1).reshape(-1, 3, 3)
-        values = np.linalg.eigvalsh(np.where(np.isfinite(full), full, 0))
-        return np.asarray(1 / np.maximum(values[:, 0], EIGENVALUE * values[:, 2] + 1e-300))
+    def item_variances(self) -> list[Reals]:
+        """Return the variances of points (m,), and of lines (l,) if there are any, for known cameras.
 
-    def covariances(self, with_points: bool) -> tuple[Reals, Reals, Reals] | None:
-        """Return covariances of cameras (c, 6, 6), lenses (l, 6 n, 6 n) and points (m, 3, 3), for a variance of 1.
+        They are those in the least certain direction, in which one end of a line moves across it.
+        """
+        found = []
+        for each in self.equations.sums:
+            n = each.item_gradient.shape[1]
+            values = np.linalg.eigvalsh(from_triangle(np.where(np.isfinite(each.squares), each.squares, 0), n))
+            found.append(np.asarray(1 / np.maximum(values[:, 0], EIGENVALUE * values[:, -1] + 1e-300)))
+        return found
 
-        None if the equations are singular. Without points, these are NaN.
+    def covariances(self, with_items: bool) -> tuple[Reals, Reals, list[Reals]] | None:
+        """Return covariances of cameras (c, 6, 6), lenses (n, 6 p, 6 p), points and lines, for a variance of 1.
+
+        Those of points (m, 3, 3) and of lines (l, 4, 4), if there are any, are only computed if requested. None if the
+        equations are singular.
         """
         layout = self.layout
         pairs = self._inverse_blocks()
@@ -180,10 +196,8 @@ class Information:
             both = np.eye(BLOCK)
             both[3:, 3:] = turn
             cameras[camera] = both @ cameras[camera] @ both.T
-        points = np.full((layout.n_points, 3, 3), np.nan)
-        if with_points:
-            points = self._spread(pairs)
-        return cameras[: layout.n_cameras], self._of_lenses(pairs), points
+        items = [self._spread(which, pairs) for which in range(len(self.parts))] if with_items else []
+        return cameras[: layout.n_cameras], self._of_lenses(pairs), items
 
     def _of_lenses(self, pairs: Reals) -> Reals:
         """Return the covariances (l, 6 n, 6 n) of the n blocks of each lens."""
@@ -226,20 +240,20 @@ class Information:
         of = (layout.columns[pairs, None] - start) * BLOCK + np.arange(BLOCK)
         found[pairs] = columns[rows[:, :, None], of[:, None, :]]
 
-    def _spread(self, pairs: Reals) -> Reals:
-        layout = self.layout
-        sums = np.zeros((layout.n_points, 6))
-        for start in range(0, len(layout.first), _PRODUCTS):
+    def _spread(self, which: int, pairs: Reals) -> Reals:
+        """Return the covariances of points (m, 3, 3), or of lines (l, 4, 4)."""
+        of, found, n = self.layout.couplings[which], self.parts[which], self.parts[which].reduced.shape[1]
+        sums = np.zeros((of.n_items, n * (n + 1) // 2))
+        for start in range(0, len(of.first), _PRODUCTS):
             part = slice(start, start + _PRODUCTS)
-            first, second = layout.first[part], layout.second[part]
+            first, second = of.first[part], of.second[part]
             share = np.where(first == second, 1.0, 2.0)
-            sums += bundles.spread_of_points(
-                self.scaled, first, second, layout.pair[part], layout.point[first], share, pairs, layout.zero_points
+            sums += of.kernels.spread(
+                found.scaled, first, second, of.pairs[0][part], of.item[first], share, pairs, of.zero_items
             )
-        middle = sums[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3) + np.eye(3)
-        root = np.zeros((layout.n_points, 3, 3))
-        root[:, [0, 1, 1, 2, 2, 2], [0, 0, 1, 0, 1, 2]] = self.inverse
-        return np.asarray(np.swapaxes(root, 1, 2) @ middle @ root)
+        root = np.zeros((of.n_items, n, n))
+        root[:, *np.tril_indices(n)] = found.inverse
+        return np.asarray(np.swapaxes(root, 1, 2) @ (from_triangle(sums, n) + np.eye(n)) @ root)
 
 
 def _finite(matrix: Reals) -> Reals:

@@ -1,4 +1,7 @@
-"""Which cameras and points of a bundle observations can determine, by counting and by connected parts."""
+"""Which cameras, points and lines of a bundle observations can determine, by counting and by connected parts.
+
+Items are points, and lines after these.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,7 @@ class Parts:
     """(k,) bool: observations that are used."""
     camera_status: Reals
     """(c,)"""
-    point_status: Reals
+    item_status: Reals
     """(m,)"""
     fixed_cameras: Reals
     """(c,) bool"""
@@ -31,51 +34,51 @@ class Parts:
 
 
 def parts_of(
-    camera: Reals, point: Reals, finite: Reals, valid_cameras: Reals, valid_points: Reals, motors: Reals,
-    places: Reals, fixed_cameras: Reals | None, fixed_points: Reals, least_points: int,
+    camera: Reals, item: Reals, finite: Reals, valid_cameras: Reals, valid_items: Reals, motors: Reals,
+    places: Reals, fixed_cameras: Reals | None, fixed_items: Reals, least_cameras: Reals, least_items: int,
 ) -> Parts:  # fmt: skip
-    """Return what can be adjusted of cameras (c,) and points (m,) from the tables (k,) of observations.
+    """Return what can be adjusted of cameras (c,) and items (m,) from the tables (k,) of observations.
 
-    Points that are seen by less than two cameras, and cameras that see less than `least_points` others, are left out in
-    turn. What remains must be connected with a camera or point that is fixed. If `fixed_cameras` is None and less than
-    three points are fixed, the first camera that remains is held. So is the scale of parts with one fixed camera only.
+    Items that are seen by less than `least_cameras` (m,), and cameras that see less than `least_items` others, are left
+    out in turn. What remains must be connected with a camera or item that is fixed. If `fixed_cameras` is None and less
+    than three items are fixed, the first camera that remains is held. So is the scale of parts with one fixed camera.
     """
-    c, m = len(valid_cameras), len(valid_points)
+    c, m = len(valid_cameras), len(valid_items)
     held = np.zeros(c, bool) if fixed_cameras is None else fixed_cameras
     cameras = np.where(valid_cameras, VisionStatus.OK, VisionStatus.NOT_FINITE)
-    points = np.where(valid_points, VisionStatus.OK, VisionStatus.NOT_FINITE)
-    by_default = fixed_cameras is None and fixed_points.sum() < 3
+    items = np.where(valid_items, VisionStatus.OK, VisionStatus.NOT_FINITE)
+    by_default = fixed_cameras is None and fixed_items.sum() < 3
     while True:
-        used = finite & (cameras[camera] == VisionStatus.OK) & (points[point] == VisionStatus.OK)
-        pairs = np.unique(camera[used] * np.int64(max(m, 1)) + point[used])
-        of_camera, of_point = np.bincount(pairs // max(m, 1), minlength=c), np.bincount(pairs % max(m, 1), minlength=m)
-        few_points = (points == VisionStatus.OK) & ~fixed_points & (of_point < 2)
-        few_cameras = (cameras == VisionStatus.OK) & ~held & (of_camera < least_points)
-        if not few_points.any() and not few_cameras.any():
+        used = finite & (cameras[camera] == VisionStatus.OK) & (items[item] == VisionStatus.OK)
+        pairs = np.unique(camera[used] * np.int64(max(m, 1)) + item[used])
+        of_camera, of_item = np.bincount(pairs // max(m, 1), minlength=c), np.bincount(pairs % max(m, 1), minlength=m)
+        few_items = (items == VisionStatus.OK) & ~fixed_items & (of_item < least_cameras)
+        few_cameras = (cameras == VisionStatus.OK) & ~held & (of_camera < least_items)
+        if not few_items.any() and not few_cameras.any():
             break
-        points[few_points] = VisionStatus.TOO_FEW
+        items[few_items] = VisionStatus.TOO_FEW
         cameras[few_cameras] = VisionStatus.TOO_FEW
     if by_default and (cameras == VisionStatus.OK).any():
         held = held.copy()
         held[int(np.argmax(cameras == VisionStatus.OK))] = True
-    labels = _labels(c, m, camera[used], point[used], fixed_points)
+    labels = _labels(c, m, camera[used], item[used], fixed_items)
     reached = np.zeros(int(labels.max(initial=-1)) + 1, bool)
     reached[labels[:c][held & (cameras == VisionStatus.OK)]] = True
-    known = used & fixed_points[point]
+    known = used & fixed_items[item]
     reached[labels[camera[known]]] = True
     cameras[(cameras == VisionStatus.OK) & ~reached[labels[:c]]] = VisionStatus.DISCONNECTED
-    points[(points == VisionStatus.OK) & ~fixed_points & ~reached[labels[c:]]] = VisionStatus.DISCONNECTED
-    used &= (cameras[camera] == VisionStatus.OK) & (points[point] == VisionStatus.OK)
+    items[(items == VisionStatus.OK) & ~fixed_items & ~reached[labels[c:]]] = VisionStatus.DISCONNECTED
+    used &= (cameras[camera] == VisionStatus.OK) & (items[item] == VisionStatus.OK)
     known_labels = np.unique(labels[camera[known]])
-    common = _Common(camera[used], point[used], c, m)
+    common = _Common(camera[used], item[used], c, m)
     scaled = _scaled(labels[:c], cameras == VisionStatus.OK, held, known_labels, common, motors, places)
-    return Parts(used, cameras, points, held, scaled)
+    return Parts(used, cameras, items, held, scaled)
 
 
-def _labels(c: int, m: int, camera: Reals, point: Reals, fixed_points: Reals) -> Reals:
-    """Return the numbers of connected parts of cameras and points (c + m,); known points connect nothing."""
-    links = ~fixed_points[point]
-    edges = np.ones(int(links.sum())), (camera[links], c + point[links])
+def _labels(c: int, m: int, camera: Reals, item: Reals, fixed_items: Reals) -> Reals:
+    """Return the numbers of connected parts of cameras and items (c + m,); known items connect nothing."""
+    links = ~fixed_items[item]
+    edges = np.ones(int(links.sum())), (camera[links], c + item[links])
     graph = scipy.sparse.csc_array(edges, shape=(c + m, c + m))
     if not c + m:
         return np.zeros(0, np.int64)
@@ -87,15 +90,15 @@ class _Common:
     """Observations that are used."""
 
     camera: Reals
-    point: Reals
+    item: Reals
     n_cameras: int
-    n_points: int
+    n_items: int
 
     def counts(self, camera: int) -> Reals:
-        """Return how many of the points of a camera each camera (c,) sees."""
-        seen = np.zeros(self.n_points, bool)
-        seen[self.point[self.camera == camera]] = True
-        return np.bincount(self.camera[seen[self.point]], minlength=self.n_cameras)
+        """Return how many of the items of a camera each camera (c,) sees."""
+        seen = np.zeros(self.n_items, bool)
+        seen[self.item[self.camera == camera]] = True
+        return np.bincount(self.camera[seen[self.item]], minlength=self.n_cameras)
 
 
 def _scaled(
@@ -103,7 +106,7 @@ def _scaled(
 ) -> Reals:
     """Return cameras and the fixed camera whose distance defines the scale, for each part with one fixed camera.
 
-    It is the farthest of the cameras that see at least half as many points of the fixed one as any other does.
+    It is the farthest of the cameras that see at least half as many items of the fixed one as any other does.
     """
     found = []
     centres = pga3.motor_to_matrix(motors)[:, :3, 3] if len(motors) else np.zeros((0, 3))

@@ -52,12 +52,22 @@ class BundleAdjustment:
     """(k,) The influence of each observation: 1 for squares, less for far ones with a robust loss, 0 if not used."""
     steps: int
     """The number of steps."""
+    lines: Reals
+    """(l, 2, 3) Two points of each adjusted line, next to those of the start; others are as they were."""
+    line_status: Reals
+    """(l,) int, a `VisionStatus` each, as for points. TOO_FEW: less than three cameras see the line."""
+    line_residuals: Reals
+    """(kl,) The root of the sum of the squared distances of both pixels of each line from its image."""
+    line_weights: Reals
+    """(kl,) The influence of each of these."""
     camera_covariance: Reals
     """(c, 6, 6) Of rotation vector and translation in the frame of each camera; 0 if fixed, NaN if not known."""
     lens_covariance: Reals
     """(lenses, p, p) Of the estimated numbers of each lens; NaN if not known."""
     point_covariance: Reals
     """(m, 3, 3) If requested; 0 for fixed points, otherwise NaN."""
+    line_covariance: Reals
+    """(l, 6, 6) Of both points of each line, which move across it, if requested; otherwise NaN."""
 
     @property
     def poses(self) -> Reals:

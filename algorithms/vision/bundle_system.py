@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -12,98 +11,70 @@ from generated import bundles, pga3
 
 from ..arguments import Reals
 from ..evidence.sparse_factors import factorized
+from .bundle_scene import KERNELS, LINE_KERNELS, Scene, State
 
-N_PINHOLE, BLOCK = 5, 6
+BLOCK = 6
+"""The number of parameters of a block: those of a pose."""
 _DENSE = 1500
 """A limit on work: systems up to this size are solved as dense matrices, in a second at most."""
 _TABLE = 10**7
 """A limit on work: pairs of blocks are numbered by a table of all pairs if these are fewer."""
 
-KERNELS: dict[str, tuple[Any, Any, Any]] = {
-    "pinhole": (bundles.pinhole_distances, bundles.pinhole_equations, bundles.pinhole_lens_equations),
-    "brown": (bundles.brown_distances, bundles.brown_equations, bundles.brown_lens_equations),
-    "fisheye": (bundles.fisheye_distances, bundles.fisheye_equations, bundles.fisheye_lens_equations),
-}
+
+class Elimination(NamedTuple):
+    """Kernels that eliminate points, or lines."""
+
+    sums: Any
+    couplings: Any
+    root: Any
+    scaled: Any
+    eliminated: Any
+    gradients: Any
+    changes: Any
+    spread: Any
+    diagonal: list[int]
+    """Places of the diagonal in the triangles of `sums`."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class State:
-    """What is estimated."""
+POINTS = Elimination(
+    bundles.point_sums, bundles.point_couplings, bundles.point_root, bundles.scaled_point_coupling,
+    bundles.eliminated_points, bundles.eliminated_point_gradients, bundles.point_changes,
+    bundles.spread_of_points, [0, 3, 5],
+)  # fmt: skip
+LINES = Elimination(
+    bundles.line_sums, bundles.line_couplings, bundles.line_root, bundles.scaled_line_coupling,
+    bundles.eliminated_lines, bundles.eliminated_line_gradients, bundles.line_changes,
+    bundles.spread_of_lines, [0, 4, 7, 9],
+)  # fmt: skip
 
-    motors: Reals
-    """(c, 8)"""
-    lenses: Reals
-    """(c, q) fx, fy, cx, cy, the skew and the coefficients of the distortion."""
-    points: Reals
-    """(m, 3)"""
 
+class Couplings:
+    """Which points, or lines, meet which blocks of parameters. Couplings are sorted by points."""
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Scene:
-    """Observations that are used, and what may move."""
-
-    camera: Reals
-    point: Reals
-    pixels: Reals
-    model: str
-    kind: float
-    scale: float
-    free_cameras: Reals
-    """(c,) bool"""
-    free_points: Reals
-    """(m,) bool"""
-    scaled: Reals
-    """(s, 2) Cameras whose distance from a second one is held."""
-    lens_of: Reals
-    """(c,) The number of the lens of each camera."""
-    by_parameter: Reals
-    """(q, p) The numbers of a lens by its estimated parameters."""
-
-    @property
-    def n_lenses(self) -> int:
-        """The number of lenses with parameters."""
-        return int(self.lens_of.max(initial=-1)) + 1 if self.by_parameter.shape[1] else 0
-
-    def seen(self, state: State) -> tuple[Reals, ...]:
-        """Return the arguments of kernels for all observations, up to the weight."""
-        take = np.take
-        one = np.ones(len(self.camera))
-        motors, lenses = take(state.motors, self.camera, 0), take(state.lenses, self.camera, 0)
-        return motors, take(state.points, self.point, 0), lenses, self.pixels, one
-
-    def squares(self, state: State) -> tuple[Reals, Reals]:
-        """Return squared distances (k,) of pixels, and the depths of their points."""
-        squares, depths = KERNELS[self.model][0](*self.seen(state))
-        return squares, depths
-
-    def losses(self, squares: Reals) -> Reals:
-        """Return the losses of squared distances."""
-        if self.kind == 0:
-            return squares
-        limit = self.scale**2
-        if self.kind == 1:
-            return np.where(squares > limit, 2 * self.scale * np.sqrt(squares) - limit, squares)
-        return np.asarray(limit * np.log1p(squares / limit))
-
-    def influences(self, squares: Reals) -> Reals:
-        """Return the derivatives of losses by squared distances."""
-        if self.kind == 0:
-            return np.ones_like(squares)
-        limit = self.scale**2
-        if self.kind == 1:
-            return self.scale / np.sqrt(np.maximum(squares, limit))
-        return np.asarray(limit / (limit + squares))
-
-    def cost(self, state: State) -> float:
-        """Return half the sum of losses."""
-        with np.errstate(all="ignore"):
-            return 0.5 * float(self.losses(self.squares(state)[0]).sum())
+    def __init__(self, kernels: Elimination, item: Reals, n_items: int, block_of: list[Reals], n_blocks: int) -> None:
+        self.kernels, self.item_of, self.block_of, self.n_items = kernels, item, block_of, n_items
+        met = np.concatenate([item * n_blocks + block for block in block_of])
+        found, self.coupling_of = np.unique(met, return_inverse=True)
+        self.item, self.block = found // n_blocks, found % n_blocks
+        # All products of couplings of the same point, each pair once.
+        ends = np.searchsorted(self.item, np.arange(n_items), "right")
+        number = np.arange(len(found))
+        rest = (ends[self.item] if len(found) else number) - number
+        self.first = np.repeat(number, rest)
+        self.second = np.arange(len(self.first)) - np.repeat(np.cumsum(rest) - rest, rest) + self.first
+        parts = range(len(block_of))
+        self.own = [(g, h) for g in parts for h in parts if g <= h]
+        self.keys = [self.block[self.first] * n_blocks + self.block[self.second]]
+        self.keys += [block_of[g] * n_blocks + block_of[h] for g, h in self.own]
+        self.zero_items, self.zero = np.zeros(n_items), np.zeros(len(found))
+        self.pairs: list[Reals] = []
+        """The numbers of pairs of blocks for `keys`."""
 
 
 class Layout:
     """Where products of derivatives are added: blocks of six parameters, couplings, and pairs of blocks.
 
-    Blocks are those of the poses of all cameras, followed by those of lenses. Couplings are sorted by points.
+    Blocks are those of the poses of all cameras, followed by those of lenses.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -111,25 +82,19 @@ class Layout:
         self.scene = scene
         self.n_parts = -(-width // BLOCK)
         self.n_blocks = n = c + self.n_parts * n_lenses
-        self.n_points = m = len(scene.free_points)
+        self.n_points = len(scene.free_points)
         self.n_cameras = c
-        lens = scene.lens_of[scene.camera]
-        self.block_of = [scene.camera, *(c + part * n_lenses + lens for part in range(self.n_parts))]
-        met = np.concatenate([scene.point * n + block for block in self.block_of])
-        found, self.coupling_of = np.unique(met, return_inverse=True)
-        self.point, self.block = found // n, found % n
-        # All products of couplings of the same point, each pair once.
-        ends = np.searchsorted(self.point, np.arange(m), "right")
-        number = np.arange(len(found))
-        rest = (ends[self.point] if len(found) else number) - number
-        self.first = np.repeat(number, rest)
-        self.second = np.arange(len(self.first)) - np.repeat(np.cumsum(rest) - rest, rest) + self.first
-        parts = range(self.n_parts + 1)
-        self.own = [(g, h) for g in parts for h in parts if g <= h]
-        keys = [self.block[self.first] * n + self.block[self.second]]
-        keys += [self.block_of[g] * n + self.block_of[h] for g, h in self.own]
-        pairs, tables = _numbered(keys, n * n)
-        self.pair, self.own_pair = tables[0], tables[1:]
+        self.couplings = [
+            Couplings(kernels, item, size, self._blocks_of(camera), n)
+            for kernels, camera, item, size in (
+                (POINTS, scene.camera, scene.point, self.n_points),
+                (LINES, scene.lines.camera, scene.lines.line, len(scene.free_lines)),
+            )
+            if len(item) or kernels is POINTS
+        ]
+        pairs, tables = _numbered([key for each in self.couplings for key in each.keys], n * n)
+        for each in self.couplings:
+            each.pairs, tables = tables[: len(each.keys)], tables[len(each.keys) :]
         self.rows, self.columns = pairs // n, pairs % n
         self.diagonal = np.flatnonzero(self.rows == self.columns)
         free = np.zeros((n, BLOCK), bool)
@@ -139,7 +104,8 @@ class Layout:
             here = slice(c + part * n_lenses, c + (part + 1) * n_lenses)
             free[here, : min(BLOCK, width - part * BLOCK)] = True
         used = np.zeros(n, bool)
-        used[self.block] = True
+        for each in self.couplings:
+            used[each.block] = True
         self.free = free & used[:, None]
         self.position = np.where(self.free, np.cumsum(self.free).reshape(n, BLOCK) - 1, -1)
         self.n_free = int(self.free.sum())
@@ -149,8 +115,13 @@ class Layout:
         keep = (rows >= 0) & (columns >= 0)
         off = keep & (self.rows != self.columns)[:, None, None]
         self._entries = keep, rows[keep], columns[keep], off, rows[off], columns[off]
-        self.zero_points, self.zero_blocks = np.zeros(m), np.zeros(n)
-        self.zero_couplings, self.zero_pairs = np.zeros(len(found)), np.zeros(len(pairs))
+        self.zero_blocks, self.zero_pairs = np.zeros(n), np.zeros(len(pairs))
+
+    def _blocks_of(self, camera: Reals) -> list[Reals]:
+        """Return the blocks on which observations (k,) by cameras depend: those of poses and of parts of lenses."""
+        lens = self.scene.lens_of[camera]
+        n_lenses = self.scene.n_lenses
+        return [camera, *(self.n_cameras + part * n_lenses + lens for part in range(self.n_parts))]
 
     def matrix(self, blocks: Reals, extra: Reals) -> Any:
         """Return the symmetric matrix of free parameters from blocks (pairs, 6, 6), with an addition to its diagonal.
@@ -189,82 +160,155 @@ def _numbered(keys: list[Reals], n: int) -> tuple[Reals, list[Reals]]:
     return found, [np.searchsorted(found, each) for each in keys]
 
 
+class Eliminated(NamedTuple):
+    """Points or lines, after elimination."""
+
+    scaled: Reals
+    """Their scaled couplings,"""
+    inverse: Reals
+    """the inverses of the roots of their equations,"""
+    reduced: Reals
+    """and reduced gradients."""
+
+
+class Sums:
+    """The equations of points or lines: their own parts, and what they add to those of blocks."""
+
+    def __init__(self, layout: Layout, couplings: Couplings, rest: Reals, by_item: Reals, parts: list[Reals]) -> None:
+        kernels = couplings.kernels
+        self.layout, self.couplings, self.rest, self.by_item, self.parts = layout, couplings, rest, by_item, parts
+        self.squares, self.item_gradient = self.gradients(rest)
+        self.products = sum(
+            bundles.block_products(parts[g], parts[h], pair, layout.zero_pairs)
+            for (g, h), pair in zip(couplings.own, couplings.pairs[1:], strict=True)
+        )
+        again = len(parts)
+        blocks, items = (parts[0], by_item) if again == 1 else (np.concatenate(parts), np.tile(by_item, (again, 1, 1)))
+        self.coupling = kernels.couplings(blocks, items, couplings.coupling_of, couplings.zero)
+        self.gradient = self.block_gradient(rest)
+
+    def gradients(self, rest: Reals) -> tuple[Reals, Reals]:
+        """Return sums of squares by points or lines, and their gradients for residuals (k, 2)."""
+        found: tuple[Reals, Reals] = self.couplings.kernels.sums(
+            self.by_item, rest, self.couplings.item_of, self.couplings.zero_items
+        )
+        return found
+
+    def block_gradient(self, rest: Reals) -> Reals:
+        """Return the gradient (b, 6) by blocks for residuals (k, 2)."""
+        return np.asarray(
+            sum(
+                bundles.block_gradients(part, rest, block, self.layout.zero_blocks)
+                for part, block in zip(self.parts, self.couplings.block_of, strict=True)
+            )
+        )
+
+    def eliminated(self, damping: float) -> Eliminated:
+        """Return what remains for blocks after elimination."""
+        inverse, reduced = self.couplings.kernels.root(self.squares, self.item_gradient, damping)
+        scaled = self.couplings.kernels.scaled(self.coupling, np.take(inverse, self.couplings.item, 0))
+        return Eliminated(scaled, inverse, reduced)
+
+    def subtracted(self, found: Eliminated) -> Reals:
+        """Return what elimination subtracts from products of blocks (pairs, 6, 6)."""
+        of, layout = self.couplings, self.layout
+        return np.asarray(of.kernels.eliminated(found.scaled, of.first, of.second, of.pairs[0], layout.zero_pairs))
+
+    def subtracted_gradient(self, scaled: Reals, reduced: Reals) -> Reals:
+        """Return what elimination subtracts from the gradient of blocks (b, 6)."""
+        of = self.couplings
+        return np.asarray(of.kernels.gradients(scaled, of.block, of.item, reduced, self.layout.zero_blocks))
+
+    def changes(self, found: Eliminated, change: Reals, reduced: Reals) -> Reals:
+        """Return the changes of points or lines after those of blocks (b, 6)."""
+        of = self.couplings
+        return np.asarray(
+            of.kernels.changes(found.scaled, of.block, of.item, change, reduced, found.inverse, of.zero_items)
+        )
+
+
 class Equations:
     """The normal equations at a state: of weighed squares, or with up to a part of the curvature of the loss."""
 
     def __init__(self, layout: Layout, state: State, curved: float = 0.0) -> None:
         scene = layout.scene
-        self.layout = layout
+        self.layout, self.turns = layout, _frames(scene, state)
+        loss = scene.kind, scene.scale, curved
         moves = scene.free_points[scene.point].astype(float)
-        arguments = (*scene.seen(state), moves, scene.kind, scene.scale, curved)
-        if layout.n_parts:
-            rest, by_camera, by_point, _, by_lens = KERNELS[scene.model][2](*arguments)
-        else:
-            rest, by_camera, by_point, _ = KERNELS[scene.model][1](*arguments)
-        self.turns = _frames(scene, state)
-        for (camera, _), turn in zip(scene.scaled, self.turns, strict=True):
-            here = scene.camera == camera
-            by_camera[here, :, 3:] = by_camera[here, :, 3:] @ turn
-        parts = [by_camera]
-        if layout.n_parts:
-            by_parameter = by_lens @ scene.by_parameter
-            width = by_parameter.shape[2]
-            padded = np.zeros((*by_parameter.shape[:2], BLOCK * layout.n_parts))
-            padded[:, :, :width] = by_parameter
-            parts += [np.ascontiguousarray(each) for each in np.split(padded, layout.n_parts, axis=2)]
-        self.rest, self.by_point, self.parts = rest, by_point, parts
-        self.squares, self.point_gradient = bundles.point_sums(by_point, rest, scene.point, layout.zero_points)
-        self.gradient = sum(
-            bundles.block_gradients(part, rest, block, layout.zero_blocks)
-            for part, block in zip(parts, layout.block_of, strict=True)
+        kernel = KERNELS[scene.model][2 if layout.n_parts else 1]
+        self.sums = [self._summed(0, scene.camera, kernel(*scene.seen(state), moves, *loss))]
+        if len(layout.couplings) > 1:
+            motors, ends, lenses, pixels = scene.of_lines(state)
+            across = across_lines(state.lines)[scene.lines.line]
+            kernel = LINE_KERNELS[2 if layout.n_parts else 1]
+            found = kernel(motors, ends, across, lenses, pixels, 1.0, *loss)
+            self.sums.append(self._summed(1, scene.lines.camera, found))
+        self.gradient, self.products = (
+            sum(getattr(each, name) for each in self.sums) for name in ("gradient", "products")
         )
-        self.products = sum(
-            bundles.block_products(parts[g], parts[h], pair, layout.zero_pairs)
-            for (g, h), pair in zip(layout.own, layout.own_pair, strict=True)
-        )
-        again = len(parts)
-        blocks, points = (
-            (parts[0], by_point) if again == 1 else (np.concatenate(parts), np.tile(by_point, (again, 1, 1)))
-        )
-        self.coupling = bundles.coupling_sums(blocks, points, layout.coupling_of, layout.zero_couplings)
         diagonal = np.zeros((layout.n_blocks, BLOCK))
         diagonal[layout.rows[layout.diagonal]] = np.einsum("bii->bi", self.products[layout.diagonal])
         self.diagonal = diagonal[layout.free]
 
-    def eliminated(self, damping: float) -> tuple[Any, Reals, Reals, Reals, Reals]:
-        """Return the reduced matrix and gradient, scaled couplings, and the inverse roots and reduced gradients."""
+    def _summed(self, which: int, camera: Reals, found: tuple[Reals, ...]) -> Sums:
+        """Return the sums of observations by cameras (k,): residuals, derivatives, squares, and those by lenses."""
+        rest, by_camera, by_item, _, *by_lens = found
+        layout, scene = self.layout, self.layout.scene
+        for (moved_camera, _), turn in zip(scene.scaled, self.turns, strict=True):
+            here = camera == moved_camera
+            by_camera[here, :, 3:] = by_camera[here, :, 3:] @ turn
+        parts = [by_camera]
+        for each in by_lens:
+            by_parameter = each @ scene.by_parameter[: each.shape[2]]
+            width = by_parameter.shape[2]
+            padded = np.zeros((*by_parameter.shape[:2], BLOCK * layout.n_parts))
+            padded[:, :, :width] = by_parameter
+            parts += [np.ascontiguousarray(part) for part in np.split(padded, layout.n_parts, axis=2)]
+        return Sums(layout, layout.couplings[which], rest, by_item, parts)
+
+    def eliminated(self, damping: float) -> tuple[Any, Reals, list[Eliminated]]:
+        """Return the reduced matrix and gradient, and what is left of points and lines."""
         layout = self.layout
-        inverse, reduced = bundles.point_root(self.squares, self.point_gradient, damping)
-        scaled = bundles.scaled_coupling(self.coupling, np.take(inverse, layout.point, 0))
-        blocks = self.products - bundles.eliminated_points(
-            scaled, layout.first, layout.second, layout.pair, layout.zero_pairs
-        )
-        gradient = self.gradient - bundles.eliminated_gradients(
-            scaled, layout.block, layout.point, reduced, layout.zero_blocks
-        )
+        found = [each.eliminated(damping) for each in self.sums]
+        blocks, gradient = self.products, self.gradient
+        for each, part in zip(self.sums, found, strict=True):
+            blocks = blocks - each.subtracted(part)
+            gradient = gradient - each.subtracted_gradient(part.scaled, part.reduced)
         extra = np.where(self.diagonal > 0, damping * self.diagonal, 1.0)
-        return layout.matrix(blocks, extra), gradient[layout.free], scaled, inverse, reduced
+        return layout.matrix(blocks, extra), gradient[layout.free], found
 
-    def step(self, damping: float) -> tuple[Reals, Reals, float] | None:
-        """Return changes of blocks (b, 6) and points (m, 3), and the decrease of the cost that the equations predict.
+    def step(self, damping: float) -> tuple[Reals, list[Reals], float] | None:
+        """Return changes of blocks (b, 6), of points (m, 3) and of lines (l, 4), and the decrease that is predicted.
 
-        None if the damped matrix is not positive.
+        None if the damped matrix is not positive. Without lines, there are no changes of lines.
         """
         layout = self.layout
-        matrix, gradient, scaled, inverse, reduced = self.eliminated(damping)
+        matrix, gradient, found = self.eliminated(damping)
         change = np.zeros((layout.n_blocks, BLOCK))
         if layout.n_free:
             factor = factorized(matrix)
             if factor is None:
                 return None
             change[layout.free] = -factor.solve(gradient)
-        points = bundles.point_changes(scaled, layout.block, layout.point, change, reduced, inverse, layout.zero_points)
         damped = damping * float(self.diagonal @ change[layout.free] ** 2)
-        damped += damping * float((self.squares[:, [0, 3, 5]] * points**2).sum())
-        predicted = 0.5 * (damped - float((self.gradient * change).sum()) - float((self.point_gradient * points).sum()))
+        along, moves = float((self.gradient * change).sum()), []
+        for each, part in zip(self.sums, found, strict=True):
+            moves.append(each.changes(part, change, part.reduced))
+            damped += damping * float((each.squares[:, each.couplings.kernels.diagonal] * moves[-1] ** 2).sum())
+            along += float((each.item_gradient * moves[-1]).sum())
         for (camera, _), turn in zip(layout.scene.scaled, self.turns, strict=True):
             change[camera, 3:] = turn @ change[camera, 3:]
-        return change, points, predicted
+        return change, moves, 0.5 * (damped - along)
+
+
+def across_lines(lines: Reals) -> Reals:
+    """Return two unit vectors (l, 2, 3) orthogonal to each line (l, 2, 3)."""
+    along = lines[:, 1] - lines[:, 0]
+    least = np.abs(along).argmin(1)
+    first = np.cross(along, np.eye(3)[least])
+    with np.errstate(all="ignore"):
+        both = np.stack([first, np.cross(along, first)], 1)
+        return np.asarray(both / np.linalg.norm(both, axis=2, keepdims=True))
 
 
 def _frames(scene: Scene, state: State) -> list[Reals]:
@@ -277,8 +321,8 @@ def _frames(scene: Scene, state: State) -> list[Reals]:
     return found
 
 
-def moved(scene: Scene, state: State, change: Reals, points: Reals) -> State:
-    """Return the state after changes of blocks and points; held distances are restored."""
+def moved(scene: Scene, state: State, change: Reals, moves: list[Reals]) -> State:
+    """Return the state after changes of blocks, and of points and lines; held distances are restored."""
     c = len(state.motors)
     motion = pga3.motor_from_rotation_vector_translation(
         np.ascontiguousarray(change[:c, :3]), np.ascontiguousarray(change[:c, 3:])
@@ -296,4 +340,8 @@ def moved(scene: Scene, state: State, change: Reals, points: Reals) -> State:
         parts = change[c:].reshape(-1, scene.n_lenses, BLOCK).transpose(1, 0, 2).reshape(scene.n_lenses, -1)
         parts = parts[:, : scene.by_parameter.shape[1]]
         lenses = lenses + np.where((scene.lens_of >= 0)[:, None], parts[scene.lens_of] @ scene.by_parameter.T, 0)
-    return State(motors, lenses, state.points + points)
+    points, *lines = moves
+    ends = state.lines
+    for each in lines:
+        ends = ends + each.reshape(-1, 2, 2) @ across_lines(ends)
+    return State(motors, lenses, state.points + points, ends)

@@ -1,11 +1,12 @@
-"""Bundle adjustment: images of points in cameras with lenses, their derivatives, and the elimination of the points.
+"""Bundle adjustment: images of points and lines in cameras with lenses, their derivatives, and the elimination of both.
 
 A camera is the motor from its frame to that of the world. It moves by ``m exp(B)``; the six coefficients are a rotation
-vector and a translation in the frame of the camera. Points move by three coordinates, and lenses by their numbers:
-``fx, fy, cx, cy``, the skew, and the coefficients of the distortion. The compiler derives all derivatives.
+vector and a translation in the frame of the camera. Points move by three coordinates, lines by four: two points of each
+move across it. Lenses move by their numbers: ``fx, fy, cx, cy``, the skew, and the coefficients of the distortion. The
+compiler derives all derivatives.
 
-Parameters of cameras and lenses are in blocks of six. A coupling is a point with a block: the sum of products of
-derivatives by both, over the observations that depend on them.
+Parameters of cameras and lenses are in blocks of six. A coupling is a point or line with a block: the sum of products
+of derivatives by both, over the observations that depend on them.
 """
 
 from fractions import Fraction
@@ -13,13 +14,13 @@ from fractions import Fraction
 import gacompiler as ga
 from gacompiler import SCALAR, array, assemble, each, gather, index, jvp, kernel, scatter, select
 from gacompiler.algebra.catalog import PGA3
+from gacompiler.specs.families.covariances import cross, dot
 from gacompiler.specs.families.lens_models import N_BROWN, N_FISHEYE, brown, fisheye_of_direction
 
 MOTOR, PLACE, PIXEL = PGA3.MOTOR, array(SCALAR, 3), array(SCALAR, 2)
 DIRECTION = ("e032", "e013", "e021")
 N_PINHOLE, N_BLOCK = 5, 6
 BY_CAMERA, BY_POINT = array(SCALAR, 2, N_BLOCK), array(SCALAR, 2, 3)
-COUPLING, SYMMETRIC = array(SCALAR, 6, 3), array(SCALAR, 6)
 LENSES = {"pinhole": N_PINHOLE, "brown": N_PINHOLE + N_BROWN, "fisheye": N_PINHOLE + N_FISHEYE}
 """Numbers of a lens, by its model."""
 TINY = Fraction(1, 10**300)
@@ -116,12 +117,8 @@ SEEN = {"pixel": PIXEL, "weight": SCALAR, "moves": SCALAR, "kind": SCALAR, "scal
 """Parameters of an observation: 1 / standard deviation or 0, whether the point may move, and the loss."""
 
 
-def _equations(name, motor, point, lens, pixel, weight, moves, kind, scale, curved):
-    """Return the weighed residual, its derivatives by camera and point, the squared distance, and what follows."""
-    place, by_axis = _columns(_BY_POINT, (motor, point), _units(3))
-    value, by_place = _columns(_BY_PLACE[name], (place, lens), _units(3))
-    off = tuple(weight * (a - b) for a, b in zip(value, pixel, strict=True))
-    square = off[0] * off[0] + off[1] * off[1]
+def _bent(off, square, weight, kind, scale, curved):
+    """Return the residual for offsets in deviations, and a function that weighs a derivative of the offsets."""
     influence, left = _influence(square, kind, scale, curved)
     root = ga.sqrt(influence)
     share = (1 - left) / select(square > TINY, square, 1)
@@ -130,9 +127,18 @@ def _equations(name, motor, point, lens, pixel, weight, moves, kind, scale, curv
         along = share * (off[0] * column[0] + off[1] * column[1])
         return tuple(weight * root * (x - along * r) for x, r in zip(column, off, strict=True))
 
+    return tuple(root / left * x for x in off), bent
+
+
+def _equations(name, motor, point, lens, pixel, weight, moves, kind, scale, curved):
+    """Return the weighed residual, its derivatives by camera and point, the squared distance, and what follows."""
+    place, by_axis = _columns(_BY_POINT, (motor, point), _units(3))
+    value, by_place = _columns(_BY_PLACE[name], (place, lens), _units(3))
+    off = tuple(weight * (a - b) for a, b in zip(value, pixel, strict=True))
+    square = off[0] * off[0] + off[1] * off[1]
+    rest, bent = _bent(off, square, weight, kind, scale, curved)
     by_place = [bent(column) for column in by_place]
     by_camera, by_point = _chain(by_place, _motions(place)), _chain(by_place, by_axis)
-    rest = tuple(root / left * x for x in off)
     return (rest, _matrix(by_camera, 1), _matrix(by_point, moves), square), place, bent
 
 
@@ -204,33 +210,115 @@ brown_distances, brown_equations, brown_lens_equations = _kernels("brown")
 fisheye_distances, fisheye_equations, fisheye_lens_equations = _kernels("fisheye")
 
 
+# Lines.
+
+ENDS, ACROSS = array(SCALAR, 2, 3), array(SCALAR, 2, 3)
+PINHOLE = array(SCALAR, N_PINHOLE)
+
+
+@kernel(first=PLACE, second=PLACE, lens=PINHOLE, pixels=array(SCALAR, 2, 2), returns=PIXEL)
+def line_offsets(first, second, lens, pixels):
+    """Compute the signed distances of two pixels from the image of the line through two points in the camera's frame.
+
+    They are not finite for a line through the centre of the camera.
+    """
+    fx, fy, _, _, skew = lens
+    x, y, _ = normal = cross(first, second)
+    size = ga.sqrt((x / fx) ** 2 + ((y - skew / fx * x) / fy) ** 2)
+    return tuple(dot(normal, _ray(lens, pixel)) / size for pixel in pixels)
+
+
+def _ray(lens, pixel):
+    fx, fy, cx, cy, skew = lens
+    y = (pixel[1] - cy) / fy
+    return (pixel[0] - cx - skew * y) / fx, y, 1
+
+
+_OFFSETS_BY = {wrt: jvp(line_offsets, wrt) for wrt in ("first", "second", "lens")}
+
+
+def _seen_line(motor, ends, lens, pixels):
+    """Return both ends of a line in the frame of a camera, and the offsets of the pixels."""
+    first, second = (place_in_camera.function(motor, end) for end in ends)
+    return first, second, line_offsets.function(first, second, lens, pixels)
+
+
+@kernel(motor=MOTOR, ends=ENDS, lens=PINHOLE, pixels=array(SCALAR, 2, 2), weight=SCALAR, returns=(SCALAR, SCALAR))
+def line_distances(motor, ends, lens, pixels, weight):
+    """Compute the sum of the squared distances of two pixels from the image of a line, in deviations, and a depth.
+
+    The depth is the least one of the points of the line that are seen at the places of its image next to the pixels.
+    """
+    first, second, off = _seen_line(motor, ends, lens, pixels)
+    normal = cross(first, second)
+    along = tuple(b - a for a, b in zip(first, second, strict=True))
+    depths = [dot(normal, normal) / dot(cross(_ray(lens, pixel), along), normal) for pixel in pixels]
+    return weight * weight * dot(off, off), ga.minimum(*depths)
+
+
+def _line_equations(motor, ends, across, lens, pixels, weight, kind, scale, curved):
+    """Return what `_equations` does, for two pixels of a line."""
+    first, second, off = _seen_line(motor, ends, lens, pixels)
+    off = tuple(weight * x for x in off)
+    square = dot(off, off)
+    rest, bent = _bent(off, square, weight, kind, scale, curved)
+    places = {"first": first, "second": second}
+    arguments = first, second, lens, pixels
+    by_place = {name: [bent(x) for x in _columns(_OFFSETS_BY[name], arguments, _units(3))[1]] for name in places}
+    of_both = [_chain(by_place[name], _motions(place)) for name, place in places.items()]
+    by_camera = [tuple(map(sum, zip(*columns, strict=True))) for columns in zip(*of_both, strict=True)]
+    by_line = []
+    for end, columns in zip(ends, by_place.values(), strict=True):
+        by_line += _chain(columns, _columns(_BY_POINT, (motor, end), across)[1])
+    return (rest, _matrix(by_camera, 1), _matrix(by_line, 1), square), arguments, bent
+
+
+SEEN_LINE = {
+    "motor": MOTOR, "ends": ENDS, "across": ACROSS, "lens": PINHOLE, "pixels": array(SCALAR, 2, 2),
+    **{name: SCALAR for name in ("weight", "kind", "scale", "curved")},
+}  # fmt: skip
+LINE_EQUATIONS = (PIXEL, BY_CAMERA, array(SCALAR, 2, 4), SCALAR)
+LINE_SUMMARY = """Compute the equations of two pixels of a line, by the parameters of the camera{and_lens} and the line.
+
+    Parameters
+    ----------
+    motor
+    ends, across
+        Two points of the line, and two unit vectors orthogonal to it, along which both move.
+    lens, pixels
+        The lens has no distortion.
+    weight, kind, scale, curved
+        As of `pinhole_equations`, for the sum of both squared distances.
+
+    Returns
+    -------
+    residual, by_camera, by_line, square{by_lens}
+    """
+
+
+def line_equations(motor, ends, across, lens, pixels, weight, kind, scale, curved):
+    return _line_equations(motor, ends, across, lens, pixels, weight, kind, scale, curved)[0]
+
+
+def line_lens_equations(motor, ends, across, lens, pixels, weight, kind, scale, curved):
+    found, arguments, bent = _line_equations(motor, ends, across, lens, pixels, weight, kind, scale, curved)
+    columns = _columns(_OFFSETS_BY["lens"], arguments, _units(N_PINHOLE))[1]
+    return *found, _matrix([bent(column) for column in columns], 1)
+
+
+line_equations.__doc__ = LINE_SUMMARY.format(and_lens="", by_lens="")
+line_lens_equations.__doc__ = LINE_SUMMARY.format(and_lens=", its lens", by_lens=", by_lens")
+line_equations = kernel(**SEEN_LINE, returns=LINE_EQUATIONS)(line_equations)
+line_lens_equations = kernel(**SEEN_LINE, returns=(*LINE_EQUATIONS, array(SCALAR, 2, N_PINHOLE)))(line_lens_equations)
+
+
 # Normal equations.
-
-
-def _dot(a, b):
-    return sum(x * y for x, y in zip(a[1:], b[1:], strict=True)) + a[0] * b[0]
 
 
 def _product(a, b):
     """Return the product of the transposed matrix `a` with `b`, both given by rows."""
     left, right = tuple(zip(*a, strict=True)), tuple(zip(*b, strict=True))
-    return tuple(tuple(_dot(x, y) for y in right) for x in left)
-
-
-@kernel(
-    by_point=array(SCALAR, "k", 2, 3), residual=array(SCALAR, "k", 2), point=index("k", into="points"),
-    zero=array(SCALAR, "points"), returns=(array(SCALAR, "points", 6), array(SCALAR, "points", 3)),
-)  # fmt: skip
-def point_sums(by_point, residual, point, zero):
-    """Sum the upper triangles of products of derivatives by points, and the gradients."""
-
-    def of(rows, rest):
-        columns = tuple(zip(*rows, strict=True))
-        square = tuple(_dot(columns[i], columns[j]) for i in range(3) for j in range(i, 3))
-        return square, tuple(_dot(column, rest) for column in columns)
-
-    squares, gradients = each(of, by_point, residual)
-    return scatter(squares, point, zero), scatter(gradients, point, zero)
+    return tuple(tuple(dot(x, y) for y in right) for x in left)
 
 
 @kernel(
@@ -239,7 +327,7 @@ def point_sums(by_point, residual, point, zero):
 )  # fmt: skip
 def block_gradients(by_block, residual, block, zero):
     """Sum the gradients by blocks of six parameters."""
-    return scatter(each(lambda rows, rest: tuple(_dot(c, rest) for c in zip(*rows, strict=True)), by_block, residual),
+    return scatter(each(lambda rows, rest: tuple(dot(c, rest) for c in zip(*rows, strict=True)), by_block, residual),
                    block, zero)  # fmt: skip
 
 
@@ -252,18 +340,152 @@ def block_products(first, second, pair, zero):
     return scatter(each(_product, first, second), pair, zero)
 
 
-@kernel(
-    by_block=array(SCALAR, "k", 2, 6), by_point=array(SCALAR, "k", 2, 3), coupling=index("k", into="couplings"),
-    zero=array(SCALAR, "couplings"), returns=array(SCALAR, "couplings", 6, 3),
-)  # fmt: skip
-def coupling_sums(by_block, by_point, coupling, zero):
-    """Sum the products of derivatives by a block and by a point."""
-    return scatter(each(_product, by_block, by_point), coupling, zero)
+def _triangle(n):
+    """Return the places of the upper triangle of a matrix, row by row."""
+    return [(i, j) for i in range(n) for j in range(i, n)]
 
 
-@kernel(square=SYMMETRIC, gradient=array(SCALAR, 3), damping=SCALAR, returns=(SYMMETRIC, array(SCALAR, 3)))
-def point_root(square, gradient, damping):
-    """Compute the inverse of the Cholesky factor L of the equations of a point, and the product with its gradient.
+def _inverse_root(pivot):
+    usable = pivot > TINY
+    return select(usable, 1 / ga.sqrt(select(usable, pivot, 1)), 0)
+
+
+def _inverse_factor(square, more, n):
+    """Return the rows of the inverse of the Cholesky factor of a matrix whose diagonal is multiplied by `more`."""
+    entry = dict(zip(_triangle(n), square, strict=True))
+    factor, pivots = {}, []
+    for j in range(n):
+        pivots.append(_inverse_root(entry[j, j] * more - sum(factor[j, k] * factor[j, k] for k in range(j))))
+        for i in range(j + 1, n):
+            factor[i, j] = (entry[j, i] - sum(factor[i, k] * factor[j, k] for k in range(j))) * pivots[j]
+    inverse = [[0] * n for _ in range(n)]
+    for j in range(n):
+        inverse[j][j] = pivots[j]
+        for i in range(j + 1, n):
+            inverse[i][j] = -pivots[i] * sum(factor[i, k] * inverse[k][j] for k in range(j, i))
+    return [row[: i + 1] for i, row in enumerate(inverse)]
+
+
+def _rows(packed, n):
+    """Return the rows of a lower triangle."""
+    return [packed[i * (i + 1) // 2 : (i + 1) * (i + 2) // 2] for i in range(n)]
+
+
+def _elimination(one, n):
+    """Return the kernels that eliminate points or lines of n parameters from the normal equations."""
+    many, size = f"{one}s", n * (n + 1) // 2
+    by_item, coupling_of_one, table = array(SCALAR, "k", 2, n), array(SCALAR, 6, n), array(SCALAR, "couplings", 6, n)
+    of_block, of_item = index("couplings", into="blocks"), index("couplings", into=many)
+    either, zero, triangle = index("products", into="couplings"), array(SCALAR, many), array(SCALAR, size)
+    gradients, triangles = array(SCALAR, many, n), array(SCALAR, many, size)
+
+    def named(function, name, summary, **parameters):
+        function.__name__ = function.__qualname__ = name
+        function.__doc__ = summary
+        return kernel(**parameters)(function)
+
+    def sums(derivatives, residual, item, zero):
+        def of(rows, rest):
+            columns = tuple(zip(*rows, strict=True))
+            square = tuple(dot(columns[i], columns[j]) for i, j in _triangle(n))
+            return square, tuple(dot(column, rest) for column in columns)
+
+        squares, found = each(of, derivatives, residual)
+        return scatter(squares, item, zero), scatter(found, item, zero)
+
+    def coupling_sums(by_block, derivatives, coupling, zero):
+        return scatter(each(_product, by_block, derivatives), coupling, zero)
+
+    def root(square, gradient, damping):
+        rows = _inverse_factor(square, 1 + damping, n)
+        inverse = tuple(x for row in rows for x in row)
+        return inverse, tuple(sum(a * g for a, g in zip(row, gradient, strict=False)) for row in rows)
+
+    def scaled(coupling, inverse):
+        rows = _rows(inverse, n)
+        return tuple(
+            tuple(sum(a * x for a, x in zip(row, entries, strict=False)) for row in rows) for entries in coupling
+        )
+
+    def eliminated(coupling, first, second, pair, zero):
+        def of(a, b):
+            return tuple(tuple(dot(x, y) for y in b) for x in a)
+
+        return scatter(each(of, gather(coupling, first), gather(coupling, second)), pair, zero)
+
+    def eliminated_gradients(coupling, block, item, reduced, zero):
+        rows = each(lambda a, g: tuple(dot(row, g) for row in a), coupling, gather(reduced, item))
+        return scatter(rows, block, zero)
+
+    def changes(coupling, block, item, change, reduced, inverse, zero):
+        def of(a, d):
+            return tuple(dot(column, d) for column in zip(*a, strict=True))
+
+        sums = scatter(each(of, coupling, gather(change, block)), item, zero)
+
+        def solved(s, g, packed):
+            rows, known = _rows(packed, n), [-(p + q) for p, q in zip(s, g, strict=True)]
+            return tuple(sum(rows[i][j] * known[i] for i in range(j, n)) for j in range(n))
+
+        return each(solved, sums, reduced, inverse)
+
+    def spread(coupling, first, second, pair, item, share, covariance, zero):
+        def of(a, b, c, times):
+            middle = [tuple(dot(row, column) for column in zip(*b, strict=True)) for row in c]
+            left = tuple(zip(*a, strict=True))
+            full = [[dot(x, y) for y in zip(*middle, strict=True)] for x in left]
+            return tuple(times * HALF * (full[i][j] + full[j][i]) for i, j in _triangle(n))
+
+        rows = each(of, gather(coupling, first), gather(coupling, second), gather(covariance, pair), share)
+        return scatter(rows, item, zero)
+
+    return (
+        named(
+            sums, f"{one}_sums", f"Sum the upper triangles of products of derivatives by {many}, and the gradients.",
+            derivatives=by_item, residual=array(SCALAR, "k", 2), item=index("k", into=many), zero=zero,
+            returns=(triangles, gradients),
+        ),
+        named(
+            coupling_sums, f"{one}_couplings", f"Sum the products of derivatives by a block and by a {one}.",
+            by_block=array(SCALAR, "k", 2, 6), derivatives=by_item, coupling=index("k", into="couplings"),
+            zero=array(SCALAR, "couplings"), returns=table,
+        ),
+        named(
+            root, f"{one}_root", ROOT.format(one=one),
+            square=triangle, gradient=array(SCALAR, n), damping=SCALAR, returns=(triangle, array(SCALAR, n)),
+        ),
+        named(
+            scaled, f"scaled_{one}_coupling", f"Multiply a coupling by the transposed inverse root of its {one}.",
+            coupling=coupling_of_one, inverse=triangle, returns=coupling_of_one,
+        ),
+        named(
+            eliminated, f"eliminated_{many}",
+            f"Sum the products of scaled couplings of the same {one}, for pairs of blocks: what elimination subtracts.",
+            coupling=table, first=either, second=either, pair=index("products", into="pairs"),
+            zero=array(SCALAR, "pairs"), returns=array(SCALAR, "pairs", 6, 6),
+        ),
+        named(
+            eliminated_gradients, f"eliminated_{one}_gradients",
+            f"Sum the products of scaled couplings with the reduced gradients of their {many}.",
+            coupling=table, block=of_block, item=of_item, reduced=gradients, zero=array(SCALAR, "blocks"),
+            returns=array(SCALAR, "blocks", 6),
+        ),
+        named(
+            changes, f"{one}_changes",
+            f"Compute the changes of {many} from those of the blocks of parameters: the back substitution.",
+            coupling=table, block=of_block, item=of_item, change=array(SCALAR, "blocks", 6), reduced=gradients,
+            inverse=triangles, zero=zero, returns=gradients,
+        ),
+        named(
+            spread, f"spread_of_{many}", SPREAD.format(many=many),
+            coupling=table, first=either, second=either, pair=index("products", into="pairs"),
+            item=index("products", into=many), share=array(SCALAR, "products"),
+            covariance=array(SCALAR, "pairs", 6, 6), zero=zero, returns=triangles,
+        ),
+    )  # fmt: skip
+
+
+ROOT = """Compute the inverse of the Cholesky factor L of the equations of a {one}, and the product with its gradient.
 
     Parameters
     ----------
@@ -271,7 +493,7 @@ def point_root(square, gradient, damping):
         The upper triangle, row by row.
     gradient
     damping
-        The relative increment of the diagonal. Coordinates without influence are not changed by the solution.
+        The relative increment of the diagonal. Parameters without influence are not changed by the solution.
 
     Returns
     -------
@@ -280,95 +502,15 @@ def point_root(square, gradient, damping):
     reduced
         The inverse times the gradient.
     """
-    xx, xy, xz, yy, yz, zz = square
-    more = 1 + damping
-    a = _inverse_root(xx * more)
-    ba, ca = xy * a, xz * a
-    b = _inverse_root(yy * more - ba * ba)
-    cb = (yz - ba * ca) * b
-    c = _inverse_root(zz * more - ca * ca - cb * cb)
-    ib = -b * ba * a
-    ic = -c * (ca * a + cb * ib)
-    inverse = (a, ib, b, ic, -c * cb * b, c)
-    g = gradient
-    return inverse, (a * g[0], ib * g[0] + b * g[1], ic * g[0] + inverse[4] * g[1] + c * g[2])
-
-
-def _inverse_root(pivot):
-    usable = pivot > TINY
-    return select(usable, 1 / ga.sqrt(select(usable, pivot, 1)), 0)
-
-
-@kernel(coupling=COUPLING, inverse=SYMMETRIC, returns=COUPLING)
-def scaled_coupling(coupling, inverse):
-    """Multiply a coupling by the transposed inverse root of its point."""
-    a, ib, b, ic, cb, c = inverse
-    return tuple((a * x, ib * x + b * y, ic * x + cb * y + c * z) for x, y, z in coupling)
-
-
-COUPLINGS = array(SCALAR, "couplings", 6, 3)
-
-
-@kernel(
-    coupling=COUPLINGS, first=index("products", into="couplings"), second=index("products", into="couplings"),
-    pair=index("products", into="pairs"), zero=array(SCALAR, "pairs"), returns=array(SCALAR, "pairs", 6, 6),
-)  # fmt: skip
-def eliminated_points(coupling, first, second, pair, zero):
-    """Sum the products of scaled couplings of the same point, for pairs of blocks: what elimination subtracts."""
-
-    def of(a, b):
-        return tuple(tuple(_dot(x, y) for y in b) for x in a)
-
-    return scatter(each(of, gather(coupling, first), gather(coupling, second)), pair, zero)
-
-
-@kernel(
-    coupling=COUPLINGS, block=index("couplings", into="blocks"), point=index("couplings", into="points"),
-    reduced=array(SCALAR, "points", 3), zero=array(SCALAR, "blocks"), returns=array(SCALAR, "blocks", 6),
-)  # fmt: skip
-def eliminated_gradients(coupling, block, point, reduced, zero):
-    """Sum the products of scaled couplings with the reduced gradients of their points."""
-    rows = each(lambda a, g: tuple(_dot(row, g) for row in a), coupling, gather(reduced, point))
-    return scatter(rows, block, zero)
-
-
-@kernel(
-    coupling=COUPLINGS, block=index("couplings", into="blocks"), point=index("couplings", into="points"),
-    change=array(SCALAR, "blocks", 6), reduced=array(SCALAR, "points", 3), inverse=array(SCALAR, "points", 6),
-    zero=array(SCALAR, "points"), returns=array(SCALAR, "points", 3),
-)  # fmt: skip
-def point_changes(coupling, block, point, change, reduced, inverse, zero):
-    """Compute the changes of points from those of the blocks of parameters: the back substitution."""
-
-    def of(a, d):
-        return tuple(_dot(column, d) for column in zip(*a, strict=True))
-
-    sums = scatter(each(of, coupling, gather(change, block)), point, zero)
-
-    def solved(s, g, root):
-        a, ib, b, ic, cb, c = root
-        x, y, z = (-(p + q) for p, q in zip(s, g, strict=True))
-        return a * x + ib * y + ic * z, b * y + cb * z, c * z
-
-    return each(solved, sums, reduced, inverse)
-
-
-@kernel(
-    coupling=COUPLINGS, first=index("products", into="couplings"), second=index("products", into="couplings"),
-    pair=index("products", into="pairs"), point=index("products", into="points"), share=array(SCALAR, "products"),
-    covariance=array(SCALAR, "pairs", 6, 6), zero=array(SCALAR, "points"), returns=array(SCALAR, "points", 6),
-)  # fmt: skip
-def spread_of_points(coupling, first, second, pair, point, share, covariance, zero):
-    """Sum the covariances of blocks, seen through scaled couplings: what the parameters of cameras add to points.
+SPREAD = """Sum the covariances of blocks, seen through scaled couplings: what the parameters of cameras add to {many}.
 
     `share` is 1 for products of a coupling with itself and 2 for others. The sums are upper triangles, row by row.
     """
-
-    def of(a, b, c, times):
-        middle = [tuple(_dot(row, column) for column in zip(*b, strict=True)) for row in c]
-        left = tuple(zip(*a, strict=True))
-        full = [[_dot(x, y) for y in zip(*middle, strict=True)] for x in left]
-        return tuple(times * HALF * (full[i][j] + full[j][i]) for i in range(3) for j in range(i, 3))
-
-    rows = each(of, gather(coupling, first), gather(coupling, second), gather(covariance, pair), share)
-    return scatter(rows, point, zero)
+(
+    point_sums, point_couplings, point_root, scaled_point_coupling, eliminated_points, eliminated_point_gradients,
+    point_changes, spread_of_points,
+) = _elimination("point", 3)  # fmt: skip
+(
+    line_sums, line_couplings, line_root, scaled_line_coupling, eliminated_lines, eliminated_line_gradients,
+    line_changes, spread_of_lines,
+) = _elimination("line", 4)  # fmt: skip
