@@ -16,6 +16,7 @@ Reals = NDArray[Any]
 _FLOAT32, _FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
 _FLOATS = (_FLOAT64, _FLOAT32)
 _LARGE = 1e60
+"""From floating point: fifth powers of larger coordinates overflow."""
 _VECTORS = {"VGA2.VECTOR", "VGA3.VECTOR"}
 _COORDINATES = (
     (

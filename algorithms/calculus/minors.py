@@ -16,6 +16,7 @@ Places = NDArray[np.int64]
 LARGEST = 12
 """Maximum number of vectors for compound matrices: those of grade 6 of 12 have 924 rows."""
 _ROUNDING = 2.3e-16
+"""From floating point: the distance of 1 from the next number, rounded up."""
 
 
 def compound(matrices: Floats, grade: int) -> Floats:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ..arguments import Reals
 
 _BINS = 140
+"""A limit on work: the number of bars of a histogram."""
 _RESOLUTION = 150
 """Dots per inch."""
 

@@ -17,6 +17,7 @@ N_ELEMENTS = 100_000
 """Batch size for timing kernels."""
 
 _REPEATS = 7
+"""A limit on work: the number of repetitions, of which the median is reported."""
 
 MAIN_KERNELS: dict[str, tuple[str, ...]] = {
     "pga3": (

@@ -26,6 +26,7 @@ _ROUND = 0.3
 _LEAST_CHANGE, _ROUNDING_OF_COST, _DAMPING = 1e-8, 1e-28, 1e-10
 """Parameters of `generated.body_eye.refined_axes`."""
 _FREE = np.ones(6)
+"""All six parameters of an axis are refined."""
 
 
 class BodyEyeStatus(Status):

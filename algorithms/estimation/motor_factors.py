@@ -16,6 +16,7 @@ POSE, VELOCITY, BIAS = "pose", "velocity", "bias"
 PARTS = {POSE: slice(0, 6), VELOCITY: slice(6, 9), BIAS: slice(9, 15)}
 """The parameters of a state: a perturbation of its pose, its velocity, and its biases of rates and of forces."""
 N_PARAMETERS = 15
+"""The number of parameters of a state: motion, velocity, and the biases of both inertial sensors."""
 
 
 class States(NamedTuple):

@@ -14,6 +14,7 @@ from .motor_problem import MotorProblem, SmoothingStatus
 from .smoothing import TOLERANCE, SmoothedMotors, checked_start, checked_states, smoothed_of
 
 _NOTHING = np.zeros(0, np.int64)
+"""The numbers of no states."""
 
 
 class MotorSmoother(MotorGraph):

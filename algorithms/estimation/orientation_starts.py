@@ -15,12 +15,15 @@ from ..evidence.status import WRONG
 from ..evidence.triangles import to_triangle
 
 _STATES = 8
+"""The number of states: rotation, bias and mean velocity."""
 ALIGNMENT = 2.0
 """s. The first orientation is that of the mean acceleration and field of this time."""
 _FIELD_NOISE, _LIKELY_DELAY, _LONGEST_DELAY = 0.02, 0.01, 0.05
 """Noise of the field relative to its size; the standard deviation of its delay before it is estimated; a limit."""
 _FIRST_TURN, _FIRST_BIAS, _FIRST_VELOCITY = 0.1, 0.02, 0.3
+"""Standard deviations at the start: of the inclination in rad, of the bias in rad/s and of velocities in m/s."""
 _FIRST_HEADING = 0.3
+"""The standard deviation of the heading at the start, in rad, if the magnetic field is seen."""
 
 
 @dataclass(frozen=True, slots=True)

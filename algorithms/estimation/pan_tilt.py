@@ -30,7 +30,9 @@ _BODIES = (
     Body(1.2, (0.0, 0.0, -0.03), (2e-3, 0.0, 0.0, 2e-3, 0.0, 2e-3), 1e-3),
     Body(0.6, (0.03, 0.0, 0.0), (8e-4, 0.0, 0.0, 9e-4, 0.0, 9e-4), 1e-3),
 )
+"""The bodies of a head of 1.8 kg, for examples: mass, centre, inertia, and inertia of the rotor."""
 _LIMITS = ((-2.9, 2.9, 4.0, 20.0), (-1.4, 1.4, 4.0, 20.0))
+"""Limits of both joints, for examples: the least and largest angle, velocity and torque."""
 
 
 @elements(axes=LINE, eye=MOTOR)

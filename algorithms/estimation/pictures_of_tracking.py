@@ -22,6 +22,7 @@ _CAMERA = np.array([[-1.0, -0.75], [1.0, -0.75], [1.0, 0.75], [-1.0, 0.75], [-1.
 _SIZE = 0.25
 """The size of the drawn camera relative to the distance of the target."""
 _SAMPLES = 60
+"""A limit on work: the number of points of a circle."""
 
 
 def draw_tracking(recording: Recording) -> Figure:

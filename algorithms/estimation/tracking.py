@@ -19,6 +19,7 @@ from .image_jacobians import Chain, chain_of
 _SIZES = {"point": 2, "line": 2, "plane": 3}
 _LAYOUTS = {"point": 3, "line": 6, "plane": 4}
 _NO_TWIST, _PAIR, _TRIPLE = np.zeros(6), np.zeros(2), np.zeros(3)
+"""Arguments that are left out: a target at rest, and errors of zero."""
 for _default in (_NO_TWIST, _PAIR, _TRIPLE):
     _default.flags.writeable = False
 

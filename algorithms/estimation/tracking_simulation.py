@@ -14,6 +14,7 @@ from ..arguments import Reals, real_array
 from .tracking import Tracker, TrackingStatus
 
 _CENTRE = np.zeros(2)
+"""The goal of images: the centre."""
 _EARLY = 1e-12
 """Seconds by which rounding errors may make a frame late."""
 Path = Callable[[float], ArrayLike]

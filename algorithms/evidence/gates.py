@@ -30,6 +30,7 @@ OPEN = 1e300
 """From floating point: a gate that everything passes."""
 
 _HALF_LOG_2 = log(2) / 2
+"""From a probability: what a variance of twice the size costs in the logarithm of the likelihood of a number."""
 
 
 def checked_gate(gate: float) -> float:

@@ -15,6 +15,7 @@ _LEAST_RISE = 1e-290
 """Smaller rises are replaced by it, so that no slope is infinite."""
 
 _HALF_EPS = float(np.finfo(float).eps) / 2
+"""From floating point: the largest relative error of rounding."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,6 +18,7 @@ from generated.gac_runtime.annotations import Numbers
 from ..arguments import Reals, finite_number, real_array
 
 _ORIGIN = np.zeros(3)
+"""The origin."""
 _AXIS = np.array([1.0, 0, 0, 0, 0, 0])
 """The z axis, a line of `generated.pga3`."""
 

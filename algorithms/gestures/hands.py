@@ -10,6 +10,7 @@ from ..arguments import Reals, real_array
 from ..wavelets.checks import image_stack
 
 SECTORS, _RINGS, _DIRECTIONS = 36, 5, 8
+"""The shape of a descriptor: sectors and rings about the centre of the hand, and directions of edges."""
 _SIGMA = 0.015
 """Standard deviation of the smoothing of images, as a share of their side."""
 

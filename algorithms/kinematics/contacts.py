@@ -16,7 +16,9 @@ from .changes import rigid_motor
 from .tasks import EYE, ORIGIN
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+"""The motor that moves nothing."""
 _NONE = np.zeros(3)
+"""The zero vector."""
 
 
 class Row(NamedTuple):

@@ -19,6 +19,7 @@ COUPLING, BENT = 1 / 3, radians(50)
 TIP = 0.050
 """Distance from the last joint to the fingertip, m, as in papers of the book's author."""
 OPEN, CLOSED, SPREAD = 0.0, radians(140), radians(180)
+"""Angles of the joints of a Barrett hand: open and closed fingers, and the largest spread."""
 
 
 def barrett_hand() -> Robot:

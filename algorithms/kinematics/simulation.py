@@ -97,6 +97,8 @@ def _collocation(points: Reals) -> tuple[Reals, Reals, Reals]:
 _TIMES = (np.polynomial.legendre.leggauss(4)[0] + 1) / 2
 _STAGES, _WEIGHTS, _AHEAD = _collocation(_TIMES)
 _SETTLED, _TRIES = 1e-14, 60
+"""From floating point and a limit on work: relative changes of stages that end their iteration, and how often it is
+repeated."""
 
 
 def _gauss_step(

@@ -20,8 +20,11 @@ from ..elements import DIRECTION, LINE, MOTOR, PLANE, POINT, elements
 from .inverse.solve import unit_motors
 
 ORIGIN = (0.0, 0.0, 0.0)
+"""The origin of the frame of a link."""
 FORWARD = (0.0, 0.0, 1.0)
+"""The z axis of a tool."""
 EYE = np.eye(3)
+"""All directions of space."""
 
 
 class Kind(IntEnum):

@@ -16,6 +16,7 @@ from .inverse.search import descend
 from .robot import Robot
 
 _STEPS = 40
+"""A limit on work: the number of steps from one pose of a path to the next."""
 
 
 def joint_motion(points: ArrayLike, times: ArrayLike, at: ArrayLike) -> tuple[Reals, Reals, Reals]:

@@ -37,6 +37,7 @@ from .masses import fault_of, joined, placed
 from .tables import FREEDOMS
 
 _X, _Y, _Z = np.eye(3)
+"""The axes of a frame."""
 _MOST = np.sqrt(np.finfo(float).max)
 UNLIMITED = (-np.inf, np.inf, np.inf, np.inf)
 """Lower and upper limit, velocity and effort of a joint without limits."""

@@ -26,13 +26,16 @@ Faces = Sequence[Sequence[int]]
 _SIDES, _RINGS = 20, 9
 """Corners of circles, and circles of latitude of spheres with their poles."""
 _HEADER = 84
+"""The number of bytes of an STL file before its triangles."""
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("v", "<f4", (3, 3)), ("more", "<u2")])
 """Binary files of STL have a header that ends with the number of triangles."""
 _GREY = "#8a939c"
 _CORNERS = 120
 """The largest number of corners of a hull: with those of all meshes of a humanoid, a page has less than a megabyte."""
 _HEIGHTS = 1 - (2 * np.arange(_CORNERS) + 1) / _CORNERS
+"""Heights and"""
 _TURNS = np.pi * (3 - np.sqrt(5)) * np.arange(_CORNERS)
+"""angles of points that are distributed evenly over a sphere."""
 _DIRECTIONS = np.stack([np.cos(_TURNS), np.sin(_TURNS), _HEIGHTS], -1) * np.sqrt(
     np.stack([1 - _HEIGHTS**2, 1 - _HEIGHTS**2, np.ones(_CORNERS)], -1)
 )

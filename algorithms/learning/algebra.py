@@ -22,6 +22,7 @@ _GENERATED = {
 }  # fmt: skip
 _NAMES = {"R": (0, 0, 0), "C": (0, 1, 0), "H": (0, 2, 0)}
 _MOST_VECTORS = 6
+"""A limit on work: the number of vectors of an algebra of layers, whose products have 64 x 64 terms."""
 
 
 @dataclass(frozen=True)

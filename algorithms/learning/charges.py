@@ -24,9 +24,11 @@ from .particles import Interaction
 from .training import TrainingResult
 
 PARTICLES = 5
+"""The number of particles, as in the experiments of Satorras and others (2021)."""
 _STEP, _FIRST, _LAST = 1e-3, 3100, 4100
 """The step of the simulation, and the steps of the input and of the target."""
 _SPEED = 0.5
+"""The speed of particles at the start."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -21,6 +21,7 @@ from .network import Network
 
 KINDS = ("perceptron", "delays", "experts")
 _SPAN = 3
+"""The number of times that a layer of a delay network sees."""
 _FIELDS = {"kind", "classes", "mean", "deviation", "groups", "hidden", "members", "parameters"}
 
 

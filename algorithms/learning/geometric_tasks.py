@@ -55,6 +55,7 @@ def attitude(seed: int = 0, samples: int = 200) -> Task:
 
 
 _PRODUCTS: tuple[Layer, ...] = (GradeLinear(2), GradeProduct(), GradeProduct(), GradeLinear(1))
+"""A network of two products."""
 GEOMETRIC_TASKS: dict[str, tuple[Callable[..., Task], str, Sequence[Layer]]] = {
     "similarity": (similarity, "G(3)", (TwoSided(1),)),
     "quaternions": (quaternions, "H", (GradeProduct(), GradeLinear(1))),

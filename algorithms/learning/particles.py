@@ -17,7 +17,9 @@ from .base import Layer, Shape
 from .linear import Linear
 
 _REALS = Algebra(0)
+"""The algebra of messages: real numbers."""
 _INVARIANTS = _MESSAGES = 4
+"""The number of invariants of a pair of particles, and of numbers of its message."""
 
 
 class _Kernels(NamedTuple):

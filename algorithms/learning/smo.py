@@ -21,6 +21,7 @@ from .gram import GramRows, Samples, check_finite, in_blocks
 from .svm_kernels import Floats
 
 FAR = 2.0**100
+"""From floating point: a derivative larger than any other, for variables at their bound."""
 # The next five numbers are limits on work, chosen by trial. They decide which pairs are examined, not when steps end,
 # because the conditions of optimality are those of all samples. No test depends on them. On six problems of 700 or
 # 1,500 samples, about half and twice of each, 0.5 and 0.85 for `_WORTH`, changed the steps by at most a quarter.

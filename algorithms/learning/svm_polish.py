@@ -11,7 +11,9 @@ from .smo import FAR, Bools, Problem, State, gaps
 from .svm_kernels import Floats
 
 _ITERATIONS = 12
+"""A limit on work: how often the free variables are solved for; each time some of them reach a bound."""
 _DESCENTS = 60
+"""A limit on work: the number of steps along the free variables."""
 _FIXED = 4
 """The inverse of the share of variables passing a bound that are fixed at a time."""
 _RIDGE = 1e-5

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from .svm_kernels import Floats
 
 FOLDS = 5
+"""A limit on work: the number of parts for cross-validation, as in libsvm."""
 _ITERATIONS = 100
 """A limit on work: Newton steps for two parameters of a convex function. They end earlier without a decrease, on four
 random sets after 9 to 18 steps, and no test depends on the number."""

@@ -20,6 +20,7 @@ _FEWEST = 1000
 _NARROW = 0.5
 """The number of features for each sample, below which interior points of linear machines cost less than steps."""
 _UNLIMITED = 10_000_000
+"""A limit on work: the number of steps if the caller states none."""
 
 
 class MachineStatus(Status):

@@ -14,6 +14,7 @@ import numpy as np
 from .algebra import Array
 
 _MOST_KINDS = 64
+"""A limit on memory: the number of shapes for which arrays are kept."""
 
 
 class Workspace:

@@ -10,6 +10,7 @@ from ..wavelets import gabor_bank, rqft
 from ..wavelets.checks import single_image
 
 _AREAS, _FREQUENCIES = 5, ((0.1, 0.0), (0.2, 0.05))
+"""The number of areas of a spectrogram, and the frequencies of Gabor filters."""
 
 
 def phoneme_features(image: ArrayLike) -> Reals:

@@ -22,6 +22,7 @@ from .bundle_results import BundleAdjustment, Observations
 from .camera import Camera
 
 _NUMBERS = 9
+"""Numbers of a camera: rotation vector, translation, focal length and two coefficients."""
 _FLIP = np.array([1.0, -1.0, -1.0])
 """The axes of a camera of the format, in those of `Camera`."""
 

@@ -18,6 +18,7 @@ N_CAMERA_TERMS = 8
 _NEIGHBOURS = 128
 """A limit on work: the number of pixels whose distances are compared with those of their neighbours."""
 _POSE = 6
+"""The number of parameters of a pose."""
 
 
 class Doubt(NamedTuple):

@@ -22,6 +22,7 @@ from .two_views import epipoles
 _PAIRS = 6
 """Number of pairs of views, those with the most common points, that are tried as the first pair."""
 _ROUNDS = 100
+"""A limit on work: how often cameras, points and depths are computed in turn."""
 _PATIENCE = (4.0, 2.0, 1.0, 1.0, 1.0)
 """Factors of the tolerance of observations, for each round in which outliers are determined: the first cameras are less
 accurate than the last."""

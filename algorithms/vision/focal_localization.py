@@ -34,6 +34,7 @@ from .status import VisionStatus, check_points, distinct
 _STEPS = 100.0
 """A limit on work: the number of iterations from each start."""
 _PARAMETERS = 7
+"""The number of parameters of a pose and a focal length."""
 _FREEDOM = Freedom(sample_size=4, parameters=_PARAMETERS, codimension=2, solutions=8, false_alarms=1e-2)
 _GOLDEN = np.pi * (3 - np.sqrt(5))
 """Multiples of this angle are evenly distributed."""

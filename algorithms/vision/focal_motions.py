@@ -45,7 +45,9 @@ _NEAREST, _FARTHEST = 1e-2, 1e2
 _FREEDOM = Freedom(sample_size=6, parameters=6, codimension=1, solutions=15, false_alarms=1.0)
 """As for the fundamental matrix, the bound is conservative by a factor of more than 50."""
 _MONOMIALS = ((3, 0), (2, 1), (1, 2), (0, 3), (2, 0), (1, 1), (0, 2), (1, 0), (0, 1), (0, 0))
+"""Exponents of the monomials of degree 3 in two unknowns,"""
 _QUADRATIC = ((2, 0), (1, 1), (0, 2), (1, 0), (0, 1), (0, 0))
+"""and of those of degree 2."""
 _PLACES = np.array(
     [[_MONOMIALS.index((a + c, b + d)) for c, d in ((1, 0), (0, 1), (0, 0))] for a, b in _QUADRATIC], np.intp
 )

@@ -29,6 +29,7 @@ _SUSPECTED = 3.0
 _SUSPECTED_MOTION = 10.0
 """The same for motions; a single number, whose noise depends on the angle, varies more than a median of many."""
 _FEWEST = 5
+"""From a probability: with fewer poses, too few would be left to agree."""
 _SAMPLES = 400
 """Maximum number of samples: if a third of the poses is wrong, about a hundred samples contain none of these."""
 

@@ -35,7 +35,9 @@ _STEPS = 6
 _DONE = 1e-4
 """Iteration ends with a step that reduces the sum of squares by less than this fraction."""
 _ROUNDING = 1e-30
+"""From floating point: sums of squares below this are rounding errors, in square units."""
 _DAMPING = 1e-14
+"""From floating point: the increment of the diagonal relative to its sum, which prevents a division by 0."""
 
 
 @lru_cache(64)

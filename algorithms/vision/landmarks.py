@@ -28,6 +28,7 @@ _LEAST = 8
 _LIMIT, _FAR = 2.5, 4.0
 """Landmarks fit up to the first multiple of the noise; single points up to the root of the second multiple of that."""
 _FLAT = 1e-3
+"""Directions are on a line if their second extent is less than this part of the first."""
 _ALIKE, _DAMPING = 1e-12, 1e-12
 """Contribution of rounding to variances of invariants, and to sums of squares of equations."""
 _FIRST, _TRIED = 8, 40

@@ -22,6 +22,7 @@ with extra("pictures", __name__):
     from matplotlib.figure import Figure
 
 _SAMPLES = 400
+"""A limit on work: the number of points of a curve."""
 _REACH = 50.0
 """Lines in space are drawn up to this multiple of the distance of the two points that define them."""
 

@@ -19,6 +19,7 @@ from .distortion import NAMES, Model
 N_INTRINSICS = 5
 """Of the kernels: ``fx fy cx cy skew``."""
 N_POSE = 6
+"""The number of parameters of a pose."""
 State = TypeVar("State")
 _STEPS = 1000
 """A limit on work: the number of iterations from a start. Ten are usual; correlated rational terms need hundreds."""

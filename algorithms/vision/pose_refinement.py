@@ -25,6 +25,7 @@ _USUAL = 1e-3
 _SOON = 25.0
 """A limit on work: the number of iterations between tests whether a start can still lead to a likely minimum."""
 _PARAMETERS = 6
+"""The number of parameters of a pose."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

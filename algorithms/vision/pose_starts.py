@@ -18,6 +18,7 @@ from .normalization import homogeneous
 FEW = 7
 """Number of points up to which linear equations are ill-conditioned or underdetermined; triples are tried too."""
 _TRIPLES = 10
+"""A limit on work: the number of triples of few points whose poses are starts."""
 
 
 def pose_starts(places: Reals, image: Reals, k: Reals) -> Reals:

@@ -48,6 +48,7 @@ _APART = 3.0
 _WIDE = 2.0
 """From the noise: distances of two coordinates, in thresholds of one, up to which a rotation is fitted."""
 _NOTHING: Reals = np.full(8, np.nan)
+"""No motion."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

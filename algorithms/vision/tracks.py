@@ -28,6 +28,7 @@ _FIRST, _SAMPLES = 30, 300
 """Number of samples that are drawn first, and if fewer than most points fit the best of them: with a quarter of the
 tracks wrong, 30 of these contain none of the wrong ones."""
 _MOST = 0.9
+"""A limit on work: if this share of points fits the first samples, no more are drawn."""
 _SURE = 5.0
 """An observation is wrong if it is off by more than this multiple of the noise, as one correct one in 270,000 is."""
 _MEDIAN = 1.1774

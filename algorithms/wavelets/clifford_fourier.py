@@ -12,6 +12,7 @@ from .sharing import Progress
 
 _SIDES = ("right", "left")
 _PLANE, _SPACE, _SPACETIME = (-1, -1, 4), (-1, -1, -1, 8), (-1, -1, -1, -1, 16)
+"""Shapes of fields in the plane, in space and in spacetime."""
 _MEANING = {4: "fields M N 4 of G(2)", 8: "fields L M N 8 of G(3)"}
 
 

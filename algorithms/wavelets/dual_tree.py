@@ -17,6 +17,7 @@ from .tree_levels import joined, split, trees
 Complexes = NDArray[np.complexfloating]
 
 _HALF = 0.5**0.5
+"""The factor of sums and differences of both trees."""
 
 _PLACES: dict[int, dict[str, tuple[int, ...]]] = {
     1: {"D": (0,)},

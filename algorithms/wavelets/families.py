@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 _BITS = 320
 """Bits after the point. Products of 38 factors lose fewer than 200 of them, which leaves more than a double has."""
 _ONE = 1 << _BITS
+"""The number 1, as an integer with digits behind the point."""
 _CONVERGED = _ONE >> 100
 """A step of Newton's method below which the next one reaches the last bit, since steps are squared."""
 _STEPS = 40

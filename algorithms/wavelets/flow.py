@@ -26,6 +26,7 @@ _CHOSEN = 3
 _SHARP = 2
 """Number of levels, from the finest one on, at which each pixel chooses its motion at boundaries."""
 _SMALLEST = 8
+"""The least number of rows and columns of an image of a pyramid."""
 _STIFFNESS = 12.0, 100.0
 """Weights of the smoothness of the motion, without noise and with much noise."""
 _NOISE = 0.4

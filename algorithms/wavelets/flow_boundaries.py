@@ -17,6 +17,7 @@ from .flow_equations import enlarged, half_gaussian, outside
 _DISTANCE = 3
 """Distance of the candidates in nodes: about how far averages spread motion across a boundary."""
 _ROUNDS = 2
+"""A limit on work: how often boundaries move."""
 _OTHER = 0.5
 """Squared difference, in pixels, of motions that are worth comparing, and from a motion that is linear there."""
 _EDGE = 0.25
@@ -32,8 +33,10 @@ _TOLERANCE, _SHARE = 0.5, 0.02
 
 _DOWN, _ACROSS = (part.reshape(-1).astype(np.float32) for part in np.mgrid[-_REACH : _REACH + 1, -_REACH : _REACH + 1])
 _HALF = half_gaussian(1.2, _REACH)
+"""Half of the weights of a window about a pixel."""
 _WEIGHTS = np.outer(*[np.concatenate([_HALF[:0:-1], _HALF])] * 2).reshape(-1)
 _ALONE = np.zeros(1, np.float32)
+"""The place of a pixel in its own window."""
 
 
 class Comparison:

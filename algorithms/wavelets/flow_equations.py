@@ -33,6 +33,7 @@ def half_gaussian(sigma: float, reach: int) -> Reals:
 _FINE, _COARSE = half_gaussian(0.7, 3), half_gaussian(2.0, 7)
 """The images that are compared are the difference of both, without noise from pixel to pixel and without brightness."""
 _HALVING = half_gaussian(1.0, 5)
+"""Half of the filter before every second pixel is taken."""
 _REACH = 5
 """Distance in pixels of the farthest pixels of `_SEEN`."""
 _SEEN = half_gaussian(np.hypot(1.0, 2 * 0.7), _REACH)

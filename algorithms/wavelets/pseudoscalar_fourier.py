@@ -19,6 +19,7 @@ from .planes import NORMS, check_norm
 from .sharing import Progress, steps
 
 _LARGEST = 6
+"""The largest dimension, of which kernels exist."""
 _SIDES = ("right", "left")
 
 

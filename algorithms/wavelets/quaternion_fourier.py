@@ -37,6 +37,7 @@ class Side(Enum):
 
 _NAMES = {"i": (1.0, 0.0, 0.0), "j": (0.0, 1.0, 0.0), "k": (0.0, 0.0, 1.0)}
 _ONE = (1.0, 0.0, 0.0, 0.0)
+"""The quaternion 1."""
 _BLOCK = 2**18
 """Bytes of the image that are converted to quaternions at a time, in the cache."""
 

@@ -17,6 +17,7 @@ from .sharing import Progress, in_threads, steps
 _FREQUENCIES = ((0.0, 0.16), (0.0, 0.25), (0.16, 0.16), (0.25, 0.25), (0.16, 0.0), (0.25, 0.0))
 """Frequencies in cycles per pixel along rows and columns."""
 _SIGMA = 1.2
+"""The width of filters, in periods."""
 _WINDOW = 2.5
 """Standard deviation of the neighbourhood over which bands are compared, in pixels."""
 

@@ -20,13 +20,17 @@ from .discrete import check_finite
 _PRODUCTS: dict[int, Callable[..., Any]] = {2: vga2.vector_product, 3: vga3.vector_product}
 _ROTATIONS: dict[int, Callable[..., Any]] = {2: vga2.rotate_vector, 3: vga3.rotate_vector}
 _STEPS = 100
+"""A limit on work: the number of steps of a refinement,"""
 _CANDIDATES = 8
 """Number of rotations with the best scores that are refined by a few steps each, before the best one is refined."""
 _FIRST_STEPS = 4
+"""and of steps before candidates are compared."""
 _MOVES = 3
 """Number of times that the position may move to a neighbour while the rotation is refined."""
 _LARGEST_STEP = 0.3
+"""A limit on work: the largest angle of a step, in rad, for which fields are nearly linear."""
 _ORDER = 5
+"""The order of splines between samples."""
 _INITIAL = 12
 """Number of initial rotations of a template in the plane, 30 degrees apart."""
 _SMALL = 1e-4

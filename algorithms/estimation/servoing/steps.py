@@ -30,6 +30,7 @@ _CROSSED = 0.02
 _SINGULAR = 0.01
 """The least ratio of the responses to the worst and the best motion."""
 _NO_MOTION = np.zeros(6)
+"""The motion of a hand at rest."""
 
 
 def _weights() -> dict[GraspStage, Reals]:

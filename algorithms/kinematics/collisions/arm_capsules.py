@@ -15,6 +15,7 @@ from .. import Robot
 TOUCHING = 1e-9
 """From floating point: axes of neighbouring links have a common point if they are at most this apart, in metres."""
 _RADIUS = 0.06
+"""The radius of links without geometry, in metres, by default."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,6 +14,7 @@ _REACH = 0.6
 _WIDE = 1.6
 """Joints are drawn between those of the ends, extended by this at either side, in radians."""
 _SHORTCUTS = 40
+"""A limit on work: how often a part of a path is replaced by a segment."""
 _GREEDY = 40
 """The largest number of edges by which one tree grows towards a new vertex of the other."""
 

@@ -17,6 +17,7 @@ from .solutions import Branches
 _NEAR, _STEPS = 0.3, 40
 """Candidates with errors below the first number are improved, with this number of steps."""
 _BRANCHES = 16
+"""A general arm of six revolute joints has up to 16 configurations for a pose."""
 _ATTEMPTS = 26
 """Largest number of attempts: the goal, twice with different equations, and twelve pairs of neighbours."""
 _OFFSETS = np.outer([0.01, 0.04, 0.15, 0.5], [1, -1]).ravel()

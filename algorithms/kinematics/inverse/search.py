@@ -10,6 +10,7 @@ from ...arguments import Reals
 from .chain import SAME, Chain, apart, paired
 
 _STEPS, _STARTS = 60, 24
+"""Limits on work: the number of steps of a descent, and of its random starts."""
 _BRANCHES = 8
 """Number of configurations that a search keeps."""
 REACHED = 1e-9

@@ -23,6 +23,7 @@ from .solutions import Branches
 _GRID = 48
 """Number of values of the free angle on the grid, at intervals of 7.5 degrees."""
 _HALVINGS = 14
+"""A limit on work: bisections of an angle before Newton's method, which then converges."""
 _BLOCK = 256
 """Number of goals in a block, such that their grids fit into the second-level cache."""
 _ORIGIN, _ONE = np.zeros(3), np.eye(8)[0]

@@ -29,6 +29,7 @@ _CONTRAST, _LEAST_CONTRAST = 4.0, 0.02
 _STRONG = 0.5
 """Of edges with at least this part of the strength of the strongest, the nearest is taken."""
 _BORDER = 2.0
+"""Pixels nearer to the border of an image have no neighbours for their gradients."""
 _CROWDED, _APART, _COSINE = 4.0, 0.3, 0.9
 """Curves of other elements within the first distance hide each other's edges, unless they are within the second and of
 the same direction."""

@@ -22,6 +22,7 @@ _ROUNDS = 8
 _FEWEST = {"balls": 4, "tubes": 6, "rims": 6, "edges": 2}
 """Fewest pixels from which a feature is computed."""
 _MONOMIALS = np.triu_indices(3)
+"""The places of the coefficients of a conic in its matrix."""
 
 
 class Constraint(NamedTuple):

@@ -45,6 +45,7 @@ _TILT = np.array(
 """A rotation that takes directions of a cube out of those of symmetric models, where descents begin at saddles."""
 _CUBE = _rotations() @ _TILT
 _AROUND = 2 * np.pi / _TURNS * np.arange(_TURNS)
+"""Angles about an axis."""
 
 
 def quick_starts(seen: Measurements) -> Reals | None:

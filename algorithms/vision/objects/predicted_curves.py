@@ -23,6 +23,7 @@ _BESIDE = 0.005
 _BEHIND = 0.02
 """A point is hidden by a mesh that is nearer by more than this part of the size of the model."""
 _NEAR = 1e-3
+"""The least depth of a point that a camera sees, in units of length."""
 _CURVES = ("edges", "balls", "tubes", "rims")
 
 

@@ -25,6 +25,7 @@ _GATES = (0.3, 0.15, 0.08)
 _LAST_GATES = (4.0, 2.0, 1.5, 1.5)
 """The same in the last rounds, in pixels."""
 _COARSE_AGREE = 0.6
+"""The share of a silhouette that must agree while the gate is wide."""
 _STARTS, _JOINT = 10, 3
 """Starts from each silhouette, and of these, how many are refined to the end."""
 _SAME = 0.05

@@ -31,6 +31,7 @@ assignment would confirm a wrong pose."""
 _WIDER = 0.15
 """The region in which an object is expected, beyond its outline, as a part of its size, and in pixels at least."""
 _LEAST_WIDER = 12.0
+"""The least number of pixels by which the region of an object is wider than expected."""
 _NAMES = {
     ColourStatus.OK: ImageStatus.OK,
     ColourStatus.TOUCHES_BORDER: ImageStatus.TOUCHES_BORDER,
