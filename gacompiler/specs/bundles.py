@@ -296,20 +296,26 @@ LINE_SUMMARY = """Compute the equations of two pixels of a line, by the paramete
     """
 
 
-def line_equations(motor, ends, across, lens, pixels, weight, kind, scale, curved):
-    return _line_equations(motor, ends, across, lens, pixels, weight, kind, scale, curved)[0]
+def _line_kernels():
+    """Return the kernels of equations of lines, and of those with the derivatives by the lens."""
+
+    def line_equations(motor, ends, across, lens, pixels, weight, kind, scale, curved):
+        return _line_equations(motor, ends, across, lens, pixels, weight, kind, scale, curved)[0]
+
+    def line_lens_equations(motor, ends, across, lens, pixels, weight, kind, scale, curved):
+        found, arguments, bent = _line_equations(motor, ends, across, lens, pixels, weight, kind, scale, curved)
+        columns = _columns(_OFFSETS_BY["lens"], arguments, _units(N_PINHOLE))[1]
+        return *found, _matrix([bent(column) for column in columns], 1)
+
+    line_equations.__doc__ = LINE_SUMMARY.format(and_lens="", by_lens="")
+    line_lens_equations.__doc__ = LINE_SUMMARY.format(and_lens=", its lens", by_lens=", by_lens")
+    return (
+        kernel(**SEEN_LINE, returns=LINE_EQUATIONS)(line_equations),
+        kernel(**SEEN_LINE, returns=(*LINE_EQUATIONS, array(SCALAR, 2, N_PINHOLE)))(line_lens_equations),
+    )
 
 
-def line_lens_equations(motor, ends, across, lens, pixels, weight, kind, scale, curved):
-    found, arguments, bent = _line_equations(motor, ends, across, lens, pixels, weight, kind, scale, curved)
-    columns = _columns(_OFFSETS_BY["lens"], arguments, _units(N_PINHOLE))[1]
-    return *found, _matrix([bent(column) for column in columns], 1)
-
-
-line_equations.__doc__ = LINE_SUMMARY.format(and_lens="", by_lens="")
-line_lens_equations.__doc__ = LINE_SUMMARY.format(and_lens=", its lens", by_lens=", by_lens")
-line_equations = kernel(**SEEN_LINE, returns=LINE_EQUATIONS)(line_equations)
-line_lens_equations = kernel(**SEEN_LINE, returns=(*LINE_EQUATIONS, array(SCALAR, 2, N_PINHOLE)))(line_lens_equations)
+line_equations, line_lens_equations = _line_kernels()
 
 
 # Normal equations.
