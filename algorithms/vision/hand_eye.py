@@ -104,7 +104,9 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
     poses, and X and Z are estimated from all poses that agree with it. Fewer than half of the poses may be wrong,
     and chance must not explain the others: three often have some solution, so at least four must agree.
 
-    Exact copies of a pair of poses, such as those of a recording that was read twice, count once.
+    Exact copies of a pair of poses, such as those of a recording that was read twice, count once. The order of poses is
+    taken for that of the recording: residuals that successive poses have in common show that the camera moved on the
+    hand, or the target on the base.
 
     If all poses are inverted, X and Z are exchanged; if `a` and `b` are swapped, both are inverted. The data satisfy
     the equation in either convention and cannot tell which one was meant: the status is OK.
@@ -168,8 +170,10 @@ def _from_poses(one: Reals, two: Reals, refine: bool, noise: Noise, still_below:
             part = solver.of_all_poses(right, seen, solver.between(right), solver.between(seen), refine, noise)
             for whole, left in zip(found, part, strict=True):
                 whole[p] = left[0]
-    found[1] = _tested(found[1], found[3], screws.reach, agreed, still)
-    return [*found[:4], inliers, found[4], noises.deviations(one, two, found[0], found[4], inliers)]
+    floors = np.full(len(one), still_below), still_below * screws.reach
+    deviation, contradicted = noises.deviations(one, two, found[0], found[4], inliers, floors)
+    found[1] = _tested(found[1], found[3], screws.reach, agreed & ~contradicted, still)
+    return [*found[:4], inliers, found[4], deviation]
 
 
 class _Screws(NamedTuple):

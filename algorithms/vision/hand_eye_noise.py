@@ -13,7 +13,9 @@ import numpy as np
 from generated import hand_eye as kernels
 
 from ..arguments import Reals
-from ..evidence import rank
+from ..evidence import WRONG, largest_ratio, rank
+from ..evidence.misfit import SUSPECTED, coherence
+from ..precision import TINY
 
 _DAMPING = np.full(12, 1e-14)
 """Relative increase of the pivot of each unknown, as a fraction of the trace."""
@@ -88,23 +90,57 @@ def increased(
     return np.asarray(worse)
 
 
-def deviations(one: Reals, two: Reals, x: Reals, z: Reals, inliers: Reals) -> Reals:
-    """Return the deviations (p, 2) of the rotations and translations of motors X (p, 8), in any direction.
+def deviations(
+    one: Reals, two: Reals, x: Reals, z: Reals, inliers: Reals, floors: tuple[Reals, Reals]
+) -> tuple[Reals, Reals]:
+    """Return the deviations (p, 2) of the rotations and translations of motors X (p, 8), and what contradicts them.
 
-    Rotations and translations of the residuals of poses (p, n, 8) have a variance each, that of the inliers.
+    Rotations and translations of the residuals of poses (p, n, 8) have a variance each, that of the inliers. Few
+    residuals leave it uncertain: deviations are larger by as much as Student's distribution is wider. What residuals
+    have in common with those of the next pose makes deviations larger, and is a contradiction (p,) if it is more than
+    the rest: the camera has moved on the hand. Residuals of rotation and translation (p,) below
+    floors are rounding errors.
     """
     parts = kernels.misfit_of_poses_equations(one, two, x[:, None], z[:, None], np.eye(8)[0])
     information, freedom = np.zeros((len(one), 12, 12)), np.maximum(3 * inliers.sum(1) - 6, 0)
-    for part in parts:
+    rests = []
+    for part, floor in zip(parts, floors, strict=True):
         rows = np.where(inliers[..., None, None], part, 0).reshape(len(one), -1, 13)
-        cost = (rows[..., 12] ** 2).sum(1)
-        rows = rows[..., :12]
-        variance = np.maximum(cost, 1e-300) / np.maximum(freedom, 1)
-        information += np.swapaxes(rows, 1, 2) @ rows / variance[:, None, None]
-    found = np.full((len(one), 2), np.inf)
+        last = rows[..., 12]
+        variance = np.maximum(np.vecdot(last, last), TINY) / np.maximum(freedom, 1)
+        rests.append(last.reshape(*inliers.shape, 3) * ((variance > floor * floor) / np.sqrt(variance))[:, None, None])
+        information += np.swapaxes(rows[..., :12], 1, 2) @ rows[..., :12] / variance[:, None, None]
+    found, contradicted = np.full((len(one), 2), np.inf), np.zeros(len(one), bool)
+    # A motor and its negative have residuals of opposite signs, and derivatives by the same turn too.
+    rest = np.concatenate(rests, 2) * np.copysign(1.0, parts[0][..., :1, 0])
     for p in np.flatnonzero(np.isfinite(information).all((1, 2)) & (freedom > 0)):
+        suspected, certain = _shares(rest[p, inliers[p]])
+        contradicted[p] = 2 * certain > 1
         if rank(information[p]) == 12:
-            spread = np.linalg.inv(information[p])
+            growth = (1 + int(inliers[p].sum()) * suspected) * largest_ratio(3, int(freedom[p])) / largest_ratio(3)
+            spread = growth * np.linalg.inv(information[p])
             # A bivector turns and moves by twice its size.
-            found[p] = [2 * np.sqrt(np.linalg.eigvalsh(spread[k : k + 3, k : k + 3])[-1]) for k in (0, 3)]
-    return found
+            both = spread[:6, :6].reshape(2, 3, 2, 3)[range(2), :, range(2)]
+            found[p] = 2 * np.sqrt(np.linalg.eigvalsh(both)[:, -1])
+    return found, contradicted
+
+
+def _shares(rest: Reals) -> tuple[float, float]:
+    """Return which share of residuals (n, 6) successive poses have in common: perhaps, and certainly.
+
+    Noise of the hand moves the camera by a lever, so that the six numbers of a pose are not independent. Differences of
+    successive poses, which share nothing, give the number of independent ones: ``tr(C)**2 / tr(C**2)`` for their
+    covariance C, of which products of m differences are estimates with known errors (Wishart).
+    """
+    n, width = rest.shape
+    changes = rest[1:] - rest[:-1]
+    squares, trace, m = float(np.vdot(rest, rest)), float(np.vdot(changes, changes)), n - 1
+    products = float(np.vdot(rest[1:], rest[:-1]) + rest[-1] @ rest[-2])
+    if not squares or m < 2 or not trace:
+        return 0.0, 0.0
+    excess = m * float(((changes.T @ changes) ** 2).sum()) - trace**2
+    independent = min(max(trace**2 * (m - 1) * (m + 2) / (m * max(excess, TINY)), 1.0), float(width))
+    suspected, certain = (
+        coherence(squares, products, int(n * independent), int(2 * independent), each) for each in (SUSPECTED, WRONG)
+    )
+    return suspected, certain

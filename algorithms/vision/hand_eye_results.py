@@ -27,8 +27,9 @@ class HandEyeStatus(Status):
     decided before anything is solved: translations do not determine the translation of X."""
     INCONSISTENT = 6
     """The motions of hand and camera contradict each other: no solution agrees with more than half of them, or
-    chance explains those that agree, or the residual exceeds 0.3 radians or 0.3 times the translations. Frames, their
-    order or units may be mixed up."""
+    chance explains those that agree, or the residual exceeds 0.3 radians or 0.3 times the translations: frames, their
+    order or units may be mixed up. Or most of the residuals of poses is common to successive ones: the camera or its
+    target has moved."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,5 +71,6 @@ class HandEyeOfPoses(HandEye):
     ``2 sin(angle / 2)``, and of the displacement of the camera's origin, in the unit of length."""
     deviation: Reals
     """(..., 2) Standard deviations of the rotation of X, in radians, and of its translation, each in its least certain
-    direction, from the residuals of the inliers; infinite where these do not determine it. Small rotations give large
-    deviations of the translation."""
+    direction, from the residuals of the inliers; infinite where these do not determine it. Few poses, and what
+    successive residuals have in common, make them larger, so that errors exceed 4.03 of them with a probability of a
+    thousandth. Small rotations give large deviations of the translation."""

@@ -207,3 +207,42 @@ def test_few_poses_that_agree_by_chance_are_not_ok() -> None:
         status = hand_eye_from_poses(one[:, :5], bad).status
         assert (status == (HandEyeStatus.OK if n_wrong == 1 else HandEyeStatus.INCONSISTENT)).all()
     assert (hand_eye_from_poses(one, pga3.motor_inverse(two)).status == HandEyeStatus.INCONSISTENT).all()
+
+
+def errors(found: Any, x: Array) -> Array:
+    """Errors (p, 2) of rotation and translation, in deviations."""
+    off = np.linalg.norm(pga3.motor_to_matrix(found.motor)[:, :3, 3] - x[:, :3, 3], axis=1)
+    return np.stack([rotation_error(found.motor, x), off], 1) / found.deviation
+
+
+def test_deviations_of_few_poses_are_those_of_students_distribution() -> None:
+    """Errors are above 4.03 deviations in a thousandth, as those of many poses: normal ones are in 4 %."""
+    x, hands, eyes = noisy_poses(np.random.default_rng(31), 1500, 4)
+    found = hand_eye_from_poses(pga3.motor_from_matrix(hands), pga3.motor_from_matrix(eyes))
+    usual = found.status == HandEyeStatus.OK
+    far = (errors(found, x) > 4.03).any(1) & usual
+    assert usual.mean() > 0.95 and far.sum() <= 9
+
+
+@pytest.mark.parametrize("first", [5, 8, 11])
+def test_a_camera_that_slips_on_the_hand_is_noticed(first: int) -> None:
+    """By more than noise; the place before or after may be within its deviations otherwise. Signs do not matter."""
+    rng = np.random.default_rng(first)
+    for size in (0.02, 0.05):
+        x, hands, eyes = noisy_poses(rng, 30, 16)
+        slip = poses(rng, 30, angle=size, length=0.02)
+        eyes[:, first:] = eyes[:, first:] @ slip[:, None]
+        signs = rng.choice([-1.0, 1.0], (30, 16, 1))
+        found = hand_eye_from_poses(pga3.motor_from_matrix(hands), signs * pga3.motor_from_matrix(eyes))
+        right = np.minimum(*(errors(found, each).max(1) for each in (x, x @ slip))) < 4.03
+        assert (right | (found.status == HandEyeStatus.INCONSISTENT)).all()
+
+
+def test_exact_poses_of_single_and_double_precision_are_not_contradicted() -> None:
+    """Rounding errors of successive poses may be alike."""
+    rng = np.random.default_rng(33)
+    x, z, hands = poses(rng, 200), poses(rng, 200), poses(rng, 200, 12)
+    eyes = np.linalg.inv(z)[:, None] @ hands @ x[:, None]
+    for dtype in (np.float64, np.float32):
+        one, two = (pga3.motor_from_matrix(each).astype(dtype) for each in (hands, eyes))
+        assert not hand_eye_from_poses(one, two).status.any()
