@@ -57,14 +57,16 @@ class Kernel(Immutable):
                 f"kernel {self.name}", f"called with {len(arguments)} arguments", f"{len(self.parameters)}: {names}"
             )
         arguments = without_values(self.where, arguments)
-        for argument in leaves(arguments):
-            if not (isinstance(argument, (Expression, Multivector, Array)) or is_operand(argument)):
-                raise KernelError(
-                    self.where,
-                    f"called with {type(argument).__name__}",
-                    EXPECTED,
-                    f"compile it, as in `f = gacompiler.compile({self.name})`, and call the result",
-                )
+        for parameter, argument in zip(self.parameters, arguments, strict=True):
+            for leaf in leaves(argument):
+                is_known = isinstance(leaf, (Expression, Multivector, Array))
+                if not (is_known or (is_operand(leaf) and not isinstance(parameter.type, RowsOf))):
+                    raise KernelError(
+                        self.where,
+                        f"called with {type(argument).__name__}",
+                        EXPECTED,
+                        f"compile it, as in `f = gacompiler.compile({self.name})`, and call the result",
+                    )
         value = self.function(*arguments)
         if not self.has_loops:
             record_call(self, arguments, value)
