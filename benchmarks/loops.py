@@ -278,7 +278,7 @@ def tasks() -> list[Task]:
     found = []
     for n, m in ((12, 6), (4, 2)):
         half, noise, h, x, z = (rng.normal(size=shape) for shape in [(n, n), (m, m), (m, n), (n,), (m,)])
-        given = (x, half @ half.T + np.eye(n), h, noise @ noise.T + np.eye(m), z)
+        given: tuple[Any, ...] = (x, half @ half.T + np.eye(n), h, noise @ noise.T + np.eye(m), z)
         title = f"Kalman step, {n} states, {m} measured numbers"
         found.append(Task(title, compile(kalman), _kalman_by_hand, _kalman_in_numpy, given))
     models = rng.normal(size=(1000, 3))
