@@ -58,15 +58,13 @@ class Kernel(Immutable):
             )
         arguments = without_values(self.where, arguments)
         for parameter, argument in zip(self.parameters, arguments, strict=True):
-            for leaf in leaves(argument):
-                is_known = isinstance(leaf, (Expression, Multivector, Array))
-                if not (is_known or (is_operand(leaf) and not isinstance(parameter.type, RowsOf))):
-                    raise KernelError(
-                        self.where,
-                        f"called with {type(argument).__name__}",
-                        EXPECTED,
-                        f"compile it, as in `f = gacompiler.compile({self.name})`, and call the result",
-                    )
+            known = (Expression, Multivector, Array)
+            if not all(
+                isinstance(leaf, known) or (is_operand(leaf) and not isinstance(parameter.type, RowsOf))
+                for leaf in leaves(argument)
+            ):
+                remedy = f"compile it, as in `f = gacompiler.compile({self.name})`, and call the result"
+                raise KernelError(self.where, f"called with {type(argument).__name__}", EXPECTED, remedy)
         value = self.function(*arguments)
         if not self.has_loops:
             record_call(self, arguments, value)
