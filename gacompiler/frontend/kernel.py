@@ -57,14 +57,14 @@ class Kernel(Immutable):
                 f"kernel {self.name}", f"called with {len(arguments)} arguments", f"{len(self.parameters)}: {names}"
             )
         arguments = without_values(self.where, arguments)
-        for argument in leaves(arguments):
-            if not (isinstance(argument, (Expression, Multivector, Array)) or is_operand(argument)):
-                raise KernelError(
-                    self.where,
-                    f"called with {type(argument).__name__}",
-                    EXPECTED,
-                    f"compile it, as in `f = gacompiler.compile({self.name})`, and call the result",
-                )
+        for parameter, argument in zip(self.parameters, arguments, strict=True):
+            known = (Expression, Multivector, Array)
+            if not all(
+                isinstance(leaf, known) or (is_operand(leaf) and not isinstance(parameter.type, RowsOf))
+                for leaf in leaves(argument)
+            ):
+                remedy = f"compile it, as in `f = gacompiler.compile({self.name})`, and call the result"
+                raise KernelError(self.where, f"called with {type(argument).__name__}", EXPECTED, remedy)
         value = self.function(*arguments)
         if not self.has_loops:
             record_call(self, arguments, value)

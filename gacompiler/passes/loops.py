@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import prod
 from typing import Any
 
 from ..algebra.operations import Operation
@@ -223,6 +224,8 @@ def _argument(stem: str, shape: tuple[int, ...], compute: Compute, sources: Sequ
     """Return the argument for a row; its components are named by their position in the row and their blades."""
     layout = compute.sources[sources[0]].leaf.layout
     outer = shape if layout.is_scalar else shape[:-1]
+    if prod(outer) * layout.size < prod(shape):  # several multivectors, such as derivatives, are one axis of numbers
+        outer = (prod(shape) // layout.size,)
     n = 1
     while True:
         name = stem if n == 1 else f"{stem}_{n}"

@@ -235,7 +235,8 @@ GAC_SHARED int gac_rows_f64(const struct gac_procedure *procedure, const struct 
 GAC_SHARED int gac_rows_f32(const struct gac_procedure *procedure, const struct gac_table *tables,
     const intptr_t *lengths, char **args, const intptr_t *steps, intptr_t n);
 
-/* Words as wide as a number. Conditions are masks, because compilers would turn frequent conditions into branches. */
+/* Words as wide as a number. Conditions in transcendental functions are masks, because compilers would turn frequent
+   conditions into branches. */
 #define WORD PRECISION(uint64_t, uint32_t)
 #define FUNCTION(name) PRECISION(name, name##f)
 #define GAC(name) PRECISION(gac_##name##_f64, gac_##name##_f32)
@@ -253,12 +254,12 @@ GAC_SHARED int gac_rows_f32(const struct gac_procedure *procedure, const struct 
 #define LOG(x) GAC(log)(x)
 #define ABS(x) FUNCTION(fabs)(x)
 #define FLOOR(x) FUNCTION(floor)(x)
-#define MINIMUM(a, b) GAC(select)(WHERE((a) < (b)) | WHERE((a) != (a)), a, b)
-#define MAXIMUM(a, b) GAC(select)(WHERE((a) > (b)) | WHERE((a) != (a)), a, b)
+#define MINIMUM(a, b) GAC(minimum)(a, b)
+#define MAXIMUM(a, b) GAC(maximum)(a, b)
 #define LESS(a, b) ((REAL)((a) < (b)))
 #define LESS_EQUAL(a, b) ((REAL)((a) <= (b)))
 #define EQUAL(a, b) ((REAL)((a) == (b)))
-#define SELECT(condition, a, b) GAC(select)(WHERE((condition) != 0), a, b)
+#define SELECT(condition, a, b) GAC(choose)((condition) != 0, a, b)
 
 /* A fused multiply-add, which is rounded once. */
 #define FMA(a, b, c) FUNCTION(fma)(a, b, c)
@@ -1055,6 +1056,25 @@ static INLINE REAL GAC(of_bits)(WORD bits)
 static INLINE REAL GAC(select)(WORD where, REAL a, REAL b)
 {
     return GAC(of_bits)((GAC(bits_of)(a) & where) | (GAC(bits_of)(b) & ~where));
+}
+
+/* Both values are computed before one of them is chosen. So loops over kernels are vectorised, and single elements take
+   comparisons of floating-point registers instead of masks in integer registers. */
+static INLINE REAL GAC(choose)(int condition, REAL a, REAL b)
+{
+    return condition ? a : b;
+}
+
+static INLINE REAL GAC(minimum)(REAL a, REAL b)
+{
+    const REAL least = a < b ? a : b;
+    return a != a ? a : least;
+}
+
+static INLINE REAL GAC(maximum)(REAL a, REAL b)
+{
+    const REAL most = a > b ? a : b;
+    return a != a ? a : most;
 }
 
 /* Transcendental functions without branches, so that loops over them are vectorised: at most 2 ulp from the exact

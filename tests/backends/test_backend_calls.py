@@ -75,6 +75,18 @@ def test_nan_propagates(module: ModuleType) -> None:
     assert np.isnan(module.normalize(np.zeros(3))[0]).all()
 
 
+def test_extremes_of_numbers_that_may_be_infinite_or_nan(module: ModuleType) -> None:
+    values = [np.nan, -np.inf, -1, 0, 1, np.inf]
+    a, b = map(np.ravel, np.meshgrid(values, values))
+    columns = [line.op for line in ALL_OPERATIONS.lines]
+    with np.errstate(all="ignore"):
+        batch = module.all_operations(a, b, np.full(a.shape, 0.5))
+        single = [module.all_operations(x, y, 0.5) for x, y in zip(a, b, strict=True)]
+    for op, extreme in ((Op.MINIMUM, np.minimum), (Op.MAXIMUM, np.maximum)):
+        for found in (batch, np.array(single)):
+            np.testing.assert_array_equal(found[:, columns.index(op)], extreme(a, b))
+
+
 @pytest.mark.parametrize("program", PROGRAMS, ids=lambda program: program.name)
 def test_one_element_and_batches(module: ModuleType, program: Program) -> None:
     for leading in ((), (1,), (67,), (3, 5), (0,), (2, 0, 3)):

@@ -13,6 +13,7 @@ from random import Random
 from typing import Any
 
 import mpmath
+import numpy as np
 import pytest
 from selection import some_slow
 
@@ -497,6 +498,18 @@ def test_jacobians_have_the_gradients_as_rows() -> None:
         unit = [[mpmath.mpf(int(k == row)) for k in range(8)]]
         _, gradient = run(derived(vjp, arm, "q"), {**arguments, "cotangent": unit})
         assert close([matrices[8 * joint + row] for joint in range(4)], gradient)
+
+
+def test_jacobians_of_rows_have_the_coefficients_of_a_parameter_as_columns() -> None:
+    @kernel(r=VGA3.VECTOR, points=array(VGA3.VECTOR, "n"))
+    def reflected(r, points):
+        return each(lambda a: (r * a * r).grade(1), points)
+
+    r, points = (1, -2, 4), [(3, 1, -5), (0, 7, 2), (1, 1, 1), (-2, 0, 0)]
+    _, found = run(derived(jacobian, reflected, "r"), {"r": [r], "points": points})
+    for a, matrix in zip(points, np.reshape(np.array(found, float), (-1, 3, 3)), strict=True):
+        # The vector r a r is 2 (r.a) r - (r.r) a.
+        assert np.array_equal(matrix, 2 * (np.outer(r, a) + np.dot(r, a) * np.eye(3) - np.outer(a, r)))
 
 
 def test_jacobians_by_a_number_are_the_derivative_along_it() -> None:

@@ -49,6 +49,12 @@ def move_point(m, p):
     return ga.sandwich(m, p)
 
 
+@kernel(numbers=ga.array(ga.SCALAR, "n"))
+def sum_of_squares(numbers):
+    """The sum of the squares of numbers."""
+    return ga.total(lambda x: x * x, numbers)
+
+
 @pytest.mark.parametrize("space", [VGA3, SPACE, CGA3, STA], ids=lambda space: space.algebra.name)
 def test_functions_of_objects_are_those_of_exact_multivectors(space: Any) -> None:
     names = space.algebra.vectors
@@ -200,6 +206,9 @@ def test_a_kernel_is_a_function_of_multivectors_until_it_is_compiled() -> None:
     for others in ((np.ones(8), np.ones(3)), ([1] * 8, [1, 2, "x"]), (MOTOR, np.ones(3))):
         with pytest.raises(KernelError, match=r"compile it, as in `f = gacompiler.compile\(move_point\)`"):
             move_point(*others)
+    for many in ([1.0, 2.0], (3.0, 4.0), 5.0, np.ones(2)):
+        with pytest.raises(KernelError, match=r"compile it, as in `f = gacompiler.compile\(sum_of_squares\)`"):
+            sum_of_squares(many)
 
 
 def test_lists_of_coordinates_are_no_scalars() -> None:
