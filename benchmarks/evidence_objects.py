@@ -25,6 +25,7 @@ from algorithms.kinematics import Robot
 from algorithms.kinematics.collisions import plane_obstacle
 from algorithms.vision import Camera
 from algorithms.vision.objects import ObjectModel, PoseEstimate, PoseStatus, View, estimate_pose
+from algorithms.vision.objects.pose_record import bounds_of
 from generated import pga3
 
 from .evidence_scenes import Trial, rotation, row
@@ -170,6 +171,55 @@ def pose_consensus(rng: np.random.Generator) -> Trial:
 @row("`estimate_pose`", "8 to 40 points, half of them in a plane, 30 to 60 % of them 2 to 10 pixels off")
 def pose_near(rng: np.random.Generator) -> Trial:
     return _with_wrong_points(rng, 8, 2, 10, 0.5)
+
+
+def _symmetric(rng: np.random.Generator) -> Trial:
+    """A ball, two balls or a cylinder, whose centre and axis are compared; its ends may be exchanged."""
+    kind, up = int(rng.integers(3)), np.array([0, 0, rng.uniform(0.03, 0.08)])
+    sizes = rng.uniform(0.01, 0.03, 2)
+    ends = np.array([-up, up])
+    if kind == 2:
+        model = ObjectModel.of(cylinders=[[*-up, *up, sizes[0]]])
+    else:
+        model = ObjectModel.of(spheres=np.column_stack([[0 * up] if kind == 0 else ends, sizes[: kind + 1]]))
+    truth = _motor(rotation(rng, np.pi), rng.uniform(-0.02, 0.02, 3))
+    there, views = np.asarray(pga3.move_point(truth, ends)), []
+    scale = 0.4 * rng.uniform(1.5, 2)
+    for camera in _cameras(rng, int(rng.integers(1, 4)), 0.5, 1.5):
+        if kind < 2:
+            views.append(_view(rng, model, truth, camera, "more", 40))
+            continue
+        n = int(rng.integers(12, 41))
+        eye = np.asarray(pga3.move_point(camera.pose, np.zeros(3))) - there[0]
+        axis = (there[1] - there[0]) / np.linalg.norm(there[1] - there[0])
+        away = eye - (eye @ axis) * axis
+        far = np.linalg.norm(away)
+        if far < 2 * sizes[0]:
+            return Trial(False, False)
+        x, y = away / far, np.cross(axis, away / far)
+        cosine = sizes[0] / far
+        sides = sizes[0] * (cosine * x + np.array([[-1.0], [1.0]]) * np.sqrt(1 - cosine**2) * y)
+        t, angles = rng.uniform(0, 1, (2, n, 1)), rng.uniform(0, 2 * np.pi, (2, n, 1))
+        tubes = there[0] + sides[:, None] + t * (there[1] - there[0])
+        rims = there[:, None] + sizes[0] * (np.cos(angles) * x + np.sin(angles) * y)
+        seen = [np.asarray(camera.project(each.reshape(-1, 3))) for each in (tubes, rims)]
+        seen = [each + scale * rng.normal(size=each.shape) for each in seen]
+        views.append(View(camera, tubes=(np.zeros(2 * n, int), seen[0]), rims=(np.repeat([0, 1], n), seen[1])))
+    found = estimate_pose(model, views, noise=0.4, tolerance=(0.05, 0.2 * model.size))
+    if found.status not in (PoseStatus.OK, PoseStatus.SYMMETRIC):
+        return Trial(False, False)
+    turn, shift = bounds_of(found.determined)
+    own = np.asarray(pga3.move_point(found.motor, ends))
+    right = np.linalg.norm(pga3.move_point(found.motor, model.centre) - pga3.move_point(truth, model.centre)) < shift
+    if kind:
+        angle = np.arcsin(min(np.linalg.norm(np.cross(own[1] - own[0], there[1] - there[0])) / (4 * up @ up), 1.0))
+        right = right and angle < turn
+    return Trial(True, bool(right))
+
+
+@row("`estimate_pose`", "a ball, two balls or a cylinder, 1.5 to 2 times the noise that is stated")
+def pose_symmetric(rng: np.random.Generator) -> Trial:
+    return _symmetric(rng)
 
 
 _RADIUS, _ACCURACY = 0.035, 1e-3

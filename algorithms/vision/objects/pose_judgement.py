@@ -18,7 +18,7 @@ from ...evidence.status import RARE
 from ...evidence.triangles import from_triangle
 from ...precision import ROOT, ROUNDING, SINGLE, TINY
 from .pose_doubts import doubts
-from .pose_images import without_thin_images
+from .pose_images import with_rims_turned, without_thin_images
 from .pose_minima import (
     NONE,
     REJECTED,
@@ -185,6 +185,8 @@ def _neighbours(found: PoseEstimate, count: float, task: PoseTask) -> list[Minim
     seen = task.seen
     turned = reversals(task.model, found.motor, seen)
     groups = [minima(turned, task)]
+    over = with_rims_turned(task.model, found.motor, seen, task.noise)
+    groups += [near_minima(over, task)] if len(over) else []
     if count < seen.n_pixels:
         # Rejected pixels lead plain least squares away from poses that agree with the others.
         groups.append(near_minima(turned, task))
