@@ -134,17 +134,32 @@ def winding_numbers(points: Reals, triangles: Reals) -> Integers:
 def _crossings(points: Reals, along: Reals, triangles: Reals) -> Integers:
     """Return how often rays of one direction leave a mesh, less how often they enter, (k,)."""
     found = np.zeros(len(points), np.intp)
+    if not len(points):
+        return found
+    # A ray meets only faces whose shadows along it have its own within their bounds.
+    across = np.linalg.svd(along[None])[2][1:].T
+    corners, feet = triangles.reshape(-1, 3) @ across, points @ across
+    x, y = corners.T.reshape(2, -1, 3)
+    bounds = [each(*side.T) for side in (x, y) for each in (_least, _most)]
     step = max(1, PAIRS // len(triangles))
     for first in range(0, len(points), step):
-        p = points[first : first + step]
-        with np.errstate(all="ignore"):
-            t, inside = pga3.hit_ray_triangle(p[:, None], along, *triangles.swapaxes(0, 1))
-        met = (inside[..., 0] >= 0) & (inside[..., 1] >= 0) & (inside[..., 2] >= 0) & (t > 0) & (t < np.inf)
-        ray, face = np.nonzero(met)
-        # Only the faces that are met need a normal: a ray meets few.
+        u, v = feet[first : first + step, :, None].swapaxes(0, 1)
+        ray, face = np.nonzero((u >= bounds[0]) & (u <= bounds[1]) & (v >= bounds[2]) & (v <= bounds[3]))
         a, b, c = triangles[face].swapaxes(0, 1)
-        found[first : first + step] = np.bincount(ray, np.sign(np.cross(b - a, c - a) @ along), len(p))
+        with np.errstate(all="ignore"):
+            t, inside = pga3.hit_ray_triangle(points[first + ray], along, a, b, c)
+        met = (inside >= 0).all(-1) & (t > 0) & (t < np.inf)
+        signs = np.sign(np.cross(b[met] - a[met], c[met] - a[met]) @ along)
+        found[first : first + step] = np.bincount(ray[met], signs, len(u))
     return found
+
+
+def _least(a: Reals, b: Reals, c: Reals) -> Reals:
+    return np.asarray(np.minimum(np.minimum(a, b), c))
+
+
+def _most(a: Reals, b: Reals, c: Reals) -> Reals:
+    return np.asarray(np.maximum(np.maximum(a, b), c))
 
 
 def checked_mesh(vertices: ArrayLike, faces: ArrayLike, name: str) -> tuple[Reals, Integers]:

@@ -217,4 +217,4 @@ def test_circles_are_turned_over_in_their_images() -> None:
     for rim, other in zip(model.rims, turned, strict=True):
         places = [np.asarray(pga3.move_point(m, rim[:3])) for m in (pose, other)]
         heights = [pga3.move_direction(m, rim[3:6]) @ p for m, p in zip((pose, other), places, strict=True)]
-        assert np.allclose(*places, atol=1e-12) and heights[1] == pytest.approx(-heights[0], abs=1e-12)
+        assert np.allclose(places[0], places[1], atol=1e-12) and heights[1] == pytest.approx(-heights[0], abs=1e-12)
