@@ -20,6 +20,7 @@ from algorithms.grasping import (
     hand_from_urdf,
     hand_of_table,
     plan_grasps,
+    plan_grasps_in_view,
 )
 from algorithms.kinematics import Robot
 from algorithms.kinematics.collisions import plane_obstacle
@@ -429,3 +430,66 @@ def plan_flat(rng: np.random.Generator) -> Trial:
         if not good:
             return Trial(True, False)
     return Trial(True, True)
+
+
+def _box_in_view(rng: np.random.Generator) -> tuple[Camera, np.ndarray, np.ndarray, np.ndarray, float]:
+    """A camera, its depths and the pixels of a box on a table, half of its lengths, and the noise."""
+    half = np.array([rng.uniform(0.015, 0.035), rng.uniform(0.02, 0.05), rng.uniform(0.02, 0.06)])
+    azimuth, elevation = rng.uniform(0, 2 * np.pi), rng.uniform(np.radians(20), np.radians(65))
+    away = np.array([np.cos(azimuth) * np.cos(elevation), np.sin(azimuth) * np.cos(elevation), np.sin(elevation)])
+    z = -away
+    x = np.cross(z, [0, 0, 1.0])
+    x /= np.linalg.norm(x)
+    middle = np.array([0, 0, half[2]])
+    eye = middle + rng.uniform(0.4, 0.6) * away
+    pose = _motor(np.column_stack([x, np.cross(z, x), z]), eye)
+    camera = Camera.from_intrinsics(600.0, (319.5, 239.5), pose)
+    rays = np.asarray(camera.directions(np.stack(np.meshgrid(np.arange(640), np.arange(480)), -1).astype(float)))
+    ahead = rays / rays[..., 2:] @ np.column_stack([x, np.cross(z, x), z]).T
+    with np.errstate(all="ignore"):
+        ends = np.stack([(side * half - (eye - middle)) / ahead for side in (-1, 1)])
+        near, far = ends.min(0).max(-1), ends.max(0).min(-1)
+        table = np.where(ahead[..., 2] < 0, -eye[2] / ahead[..., 2], np.inf)
+    own, noise = near < far, rng.uniform(0.0005, 0.0015)
+    return camera, np.where(own, near, table) + rng.normal(0, noise, own.shape), own, half, noise
+
+
+@row(
+    "`plan_grasps_in_view`",
+    "boxes on a table, half of them hidden, stated to be symmetric; wrong: a contact more than a fingertip off, or "
+    "no force closure",
+    slow=True,
+)
+def plan_hidden(rng: np.random.Generator) -> Trial:
+    camera, depth, own, half, noise = _box_in_view(rng)
+    hand, table = _hands()[2], plane_obstacle([0, 0, 1], [0, 0, 0])
+    plan = plan_grasps_in_view(camera, depth, own, hand=hand, obstacles=[table], noise=noise, symmetric=True)
+    if plan.status != GraspStatus.OK:
+        return Trial(False, False)
+    for grasp in plan:
+        local = grasp.contacts - [0, 0, half[2]]
+        side = np.argmax(np.abs(grasp.normals), axis=1)
+        normals = np.sign(grasp.normals[range(2), side])[:, None] * np.eye(3)[side]
+        off = (local * normals).sum(1) - half[side]
+        places = local - off[:, None] * normals
+        ends = np.asarray(pga3.move_point(grasp.motor, hand.placed_capsules(grasp.joints)))
+        t = np.linspace(0, 1, 20)[:, None, None]
+        points = ends[:, 0] + t * (ends[:, 1] - ends[:, 0])
+        good = (
+            (off > -0.001).all()
+            and (off < hand.tips.radii.min()).all()
+            and (np.abs(places) < half + 1e-9).all()
+            and is_closed_by_forces(places, normals, hand.torsion)
+            and _is_clear(points, hand.radii - 0.003, half)
+            and (ends[..., 2].min(-1) > hand.radii - 0.003).all()
+        )
+        if not good:
+            return Trial(True, False)
+    return Trial(True, True)
+
+
+def _is_clear(points: np.ndarray, radii: np.ndarray, half: np.ndarray) -> bool:
+    """Return whether points (20, c, 3) are farther from a box on a table than radii (c,)."""
+    beyond = np.abs(points - [0, 0, half[2]]) - half
+    away = np.linalg.norm(np.maximum(beyond, 0), axis=-1) + np.minimum(beyond.max(-1), 0)
+    return bool((away > radii).all())
