@@ -14,7 +14,7 @@ from ...evidence.misfit import NO_MISFIT, SUSPECTED, Misfit, Tested, misfit, mis
 from ...evidence.noise import USUAL_WEIGHT
 from ...precision import SINGLE
 from .pose_minima import SCALE, PoseTask
-from .pose_models import with_weights
+from .pose_models import EXACT, with_weights
 from .pose_record import PoseEstimate
 
 _POSE = 6
@@ -30,11 +30,14 @@ def doubts(found: PoseEstimate, task: PoseTask, freedom: int) -> list[Misfit]:
     kernel: Any = kernels.object_misfits  # mypy takes seconds to find that unpacked arguments fit no overload
     sums, explained = kernel(found.motor, *seen.arguments, task.model.size, SCALE * task.noise, seen.lenses)
     n_terms = len(sums) - _POSE - 1
+    _, cost, by_all, by_one = explained.tolist()
+    is_suspected = any(Tested(cost, by_all, by_one, n_terms, freedom - n_terms).exceed(noise))
+    if not is_suspected and task.shared == EXACT and len(seen.cameras) == 1:
+        return []
     norms = np.sqrt(sums.diagonal())
     for part in (slice(6), slice(8, 11)):
         # What changes nothing is rounding, in relation to what does.
         norms[part] = np.maximum(norms[part], SINGLE * norms[part].max())
-    _, cost, by_all, by_one = explained.tolist()
     stated = _stated_deviations(task)
     size, parts = _POSE + int(np.count_nonzero(stated)), []
     if stated.any():
@@ -45,7 +48,7 @@ def doubts(found: PoseEstimate, task: PoseTask, freedom: int) -> list[Misfit]:
         sums[held, held] += (task.noise / stated[stated > 0]) ** 2
         norms[held] = np.sqrt(sums[held, held])
         parts.append(_by_stated(sums, norms, len(held), max(task.noise, found.residual)))
-    if stated.any() or any(Tested(cost, by_all, by_one, n_terms, freedom - n_terms).exceed(noise)):
+    if stated.any() or is_suspected:
         parts.append(misfit(sums, size, freedom, noise, norms=norms))
     if len(seen.cameras) > 1:
         parts += _by_cameras(found, task, freedom, noise, norms)

@@ -14,7 +14,7 @@ from ...elements import MOTOR, elements
 from .image_arguments import checked_start
 from .pose_judgement import judged, no_pose
 from .pose_minima import PoseTask, groups_of_minima, minima
-from .pose_models import Measurements, ObjectModel, SharedErrors, View, measurements
+from .pose_models import EXACT, Measurements, ObjectModel, SharedErrors, View, measurements
 from .pose_record import PoseEstimate as PoseEstimate
 from .pose_status import PoseStatus
 
@@ -103,7 +103,7 @@ def estimated_pose(
         return no_pose(PoseStatus.NOT_FINITE, seen)
     if seen.n_equations < 6:
         return no_pose(_why_too_few(model, seen, guess), seen)
-    task = PoseTask(model, seen, noise, limits, is_independent, shared or SharedErrors())
+    task = PoseTask(model, seen, noise, limits, is_independent, shared or EXACT)
     if guess is not None:
         found = judged(minima(guess[None], task), task)
         if found.status not in _RETRIED:

@@ -185,8 +185,9 @@ def _neighbours(found: PoseEstimate, count: float, task: PoseTask) -> list[Minim
     seen = task.seen
     turned = reversals(task.model, found.motor, seen)
     groups = [minima(turned, task)]
-    over = with_rims_turned(task.model, found.motor, seen, task.noise)
-    groups += [near_minima(over, task)] if len(over) else []
+    if "rims" in seen.kinds:
+        over = with_rims_turned(task.model, found.motor, seen, task.noise)
+        groups += [near_minima(over, task)] if len(over) else []
     if count < seen.n_pixels:
         # Rejected pixels lead plain least squares away from poses that agree with the others.
         groups.append(near_minima(turned, task))

@@ -179,6 +179,10 @@ class SharedErrors:
                 raise ValueError(f"SharedErrors: {name}: {value}; expected a standard deviation, zero or positive")
 
 
+EXACT = SharedErrors()
+"""Cameras and models without errors."""
+
+
 class Pixels(NamedTuple):
     """Pixels of one kind of element: the first four arrays are arguments of the kernels."""
 
