@@ -207,7 +207,7 @@ def test_the_other_side_of_a_circle_seen_edge_on() -> None:
 
 
 def test_circles_are_turned_over_in_their_images() -> None:
-    """The centre stays, and the angle between the plane and the line of sight changes its sign."""
+    """The centre remains in its place, and the angle between the plane and the line of sight changes its sign."""
     model = ObjectModel.of(cylinders=[[0, 0, -0.05, 0, 0, 0.05, 0.02]])
     camera = Camera.from_intrinsics(1150.0, (320.0, 240.0))
     pose = motor([np.pi / 2 + 0.05, 0.1, 0.2], [0.03, 0, 0.8])
