@@ -260,7 +260,8 @@ def _side(
         around,
         np.full(3, np.inf),
         float(np.linalg.norm(seen - middle, axis=1).max()),
-        np.zeros((0, 3, 3)),
+        np.zeros((0, 3)),
+        np.zeros((0, 3), np.intp),
         errors,
     )
     clusters = clusters_of(around, 32)
