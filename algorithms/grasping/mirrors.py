@@ -11,7 +11,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter, minimum_filter
 
 from ..arguments import Reals
-from ..evidence import WRONG, certain_deviations
+from ..evidence import WRONG, certain_deviations, largest_ratio
 from ..geometry.meshes import Flags
 from ..vision.camera import Camera
 
@@ -22,7 +22,7 @@ _OFFSETS = 160
 _LEAST_SHARE = 0.05
 """Limit on work: the least part of what is seen that a face covers, if its normal is tried."""
 _SAME = np.cos(np.radians(4))
-"""Normals within this angle may belong to one face."""
+"""A limit on work: normals within this angle may belong to one face, and planes of such normals are one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -148,7 +148,8 @@ def _faces(points: Reals, normals: Reals, noise: float) -> list[tuple[Reals, flo
         off = points[own] - points[own].mean(0)
         _, sizes, axes = np.linalg.svd(off, full_matrices=False)
         # A curved surface is farther from its plane than the noise explains.
-        if sizes[2] < 1.5 * noise * np.sqrt(own.sum()):
+        freedom = int(own.sum()) - 3
+        if freedom > 0 and sizes[2] ** 2 < noise * noise * freedom * largest_ratio(freedom):
             found.append((axes[2], certain_deviations(WRONG) * noise / float(sizes[1])))
         left &= ~own
         votes = np.where(few @ best > _SAME, 0, votes)
