@@ -9,7 +9,7 @@ import numpy as np
 
 from algorithms.geometry import FitStatus, fit_circle, fit_line, fit_plane, fit_sphere
 from algorithms.vision import Camera, Distortion
-from algorithms.vision.objects import ObjectModel, estimate_pose
+from algorithms.vision.objects import ObjectModel, SharedErrors, estimate_pose
 from generated import cga3, pga3
 
 from .evidence_objects import _cameras, _judged, _motor, _object, _view
@@ -100,7 +100,7 @@ def fits_of_others(rng: np.random.Generator) -> Trial:
     return Trial(found.status == FitStatus.OK, False)
 
 
-def _misfit(rng: np.random.Generator, what: str) -> Trial:
+def _misfit(rng: np.random.Generator, what: str, shared: SharedErrors | None = None) -> Trial:
     """An object seen by one to three cameras; of another size or by a displaced camera, by two or three."""
     model, truth = _object(rng), _motor(rotation(rng, np.pi), rng.uniform(-0.02, 0.02, 3))
     stated = _cameras(rng, int(rng.integers(1 if what in ("focal", "lens") else 2, 4)), 0.5, 1.5)
@@ -122,7 +122,8 @@ def _misfit(rng: np.random.Generator, what: str) -> Trial:
     views = [
         replace(_view(rng, real, truth, one, "stated"), camera=own) for one, own in zip(there, stated, strict=True)
     ]
-    return _judged(estimate_pose(model, views, noise=0.4, tolerance=(0.05, 0.2 * model.size)), truth, model)
+    found = estimate_pose(model, views, noise=0.4, tolerance=(0.05, 0.2 * model.size), shared=shared)
+    return _judged(found, truth, model)
 
 
 @row("`estimate_pose`", "points, edges and spheres, a focal length that is wrong by 3 to 30 %")
@@ -130,9 +131,19 @@ def pose_of_wrong_focal(rng: np.random.Generator) -> Trial:
     return _misfit(rng, "focal")
 
 
+@row("`estimate_pose`", "the same, stated with a deviation of 15 %")
+def pose_of_stated_focal(rng: np.random.Generator) -> Trial:
+    return _misfit(rng, "focal", SharedErrors(focal=0.15))
+
+
 @row("`estimate_pose`", "the same, k1 of 0.05 to 0.4 without distortion")
 def pose_of_bent_lens(rng: np.random.Generator) -> Trial:
     return _misfit(rng, "lens")
+
+
+@row("`estimate_pose`", "the same, k1 stated with a deviation of 0.25")
+def pose_of_stated_lens(rng: np.random.Generator) -> Trial:
+    return _misfit(rng, "lens", SharedErrors(distortion=0.25))
 
 
 @row("`estimate_pose`", "two or three cameras, an object that is larger or smaller by 3 to 30 %")

@@ -20,11 +20,13 @@ from algorithms.grasping import (
     hand_from_urdf,
     hand_of_table,
     plan_grasps,
+    plan_grasps_in_view,
 )
 from algorithms.kinematics import Robot
 from algorithms.kinematics.collisions import plane_obstacle
 from algorithms.vision import Camera
 from algorithms.vision.objects import ObjectModel, PoseEstimate, PoseStatus, View, estimate_pose
+from algorithms.vision.objects.pose_record import bounds_of
 from generated import pga3
 
 from .evidence_scenes import Trial, rotation, row
@@ -170,6 +172,55 @@ def pose_consensus(rng: np.random.Generator) -> Trial:
 @row("`estimate_pose`", "8 to 40 points, half of them in a plane, 30 to 60 % of them 2 to 10 pixels off")
 def pose_near(rng: np.random.Generator) -> Trial:
     return _with_wrong_points(rng, 8, 2, 10, 0.5)
+
+
+def _symmetric(rng: np.random.Generator) -> Trial:
+    """A ball, two balls or a cylinder, whose centre and axis are compared; its ends may be exchanged."""
+    kind, up = int(rng.integers(3)), np.array([0, 0, rng.uniform(0.03, 0.08)])
+    sizes = rng.uniform(0.01, 0.03, 2)
+    ends = np.array([-up, up])
+    if kind == 2:
+        model = ObjectModel.of(cylinders=[[*-up, *up, sizes[0]]])
+    else:
+        model = ObjectModel.of(spheres=np.column_stack([[0 * up] if kind == 0 else ends, sizes[: kind + 1]]))
+    truth = _motor(rotation(rng, np.pi), rng.uniform(-0.02, 0.02, 3))
+    there, views = np.asarray(pga3.move_point(truth, ends)), []
+    scale = 0.4 * rng.uniform(1.5, 2)
+    for camera in _cameras(rng, int(rng.integers(1, 4)), 0.5, 1.5):
+        if kind < 2:
+            views.append(_view(rng, model, truth, camera, "more", 40))
+            continue
+        n = int(rng.integers(12, 41))
+        eye = np.asarray(pga3.move_point(camera.pose, np.zeros(3))) - there[0]
+        axis = (there[1] - there[0]) / np.linalg.norm(there[1] - there[0])
+        away = eye - (eye @ axis) * axis
+        far = np.linalg.norm(away)
+        if far < 2 * sizes[0]:
+            return Trial(False, False)
+        x, y = away / far, np.cross(axis, away / far)
+        cosine = sizes[0] / far
+        sides = sizes[0] * (cosine * x + np.array([[-1.0], [1.0]]) * np.sqrt(1 - cosine**2) * y)
+        t, angles = rng.uniform(0, 1, (2, n, 1)), rng.uniform(0, 2 * np.pi, (2, n, 1))
+        tubes = there[0] + sides[:, None] + t * (there[1] - there[0])
+        rims = there[:, None] + sizes[0] * (np.cos(angles) * x + np.sin(angles) * y)
+        seen = [np.asarray(camera.project(each.reshape(-1, 3))) for each in (tubes, rims)]
+        seen = [each + scale * rng.normal(size=each.shape) for each in seen]
+        views.append(View(camera, tubes=(np.zeros(2 * n, int), seen[0]), rims=(np.repeat([0, 1], n), seen[1])))
+    found = estimate_pose(model, views, noise=0.4, tolerance=(0.05, 0.2 * model.size))
+    if found.status not in (PoseStatus.OK, PoseStatus.SYMMETRIC):
+        return Trial(False, False)
+    turn, shift = bounds_of(found.determined)
+    own = np.asarray(pga3.move_point(found.motor, ends))
+    right = np.linalg.norm(pga3.move_point(found.motor, model.centre) - pga3.move_point(truth, model.centre)) < shift
+    if kind:
+        angle = np.arcsin(min(np.linalg.norm(np.cross(own[1] - own[0], there[1] - there[0])) / (4 * up @ up), 1.0))
+        right = right and angle < turn
+    return Trial(True, bool(right))
+
+
+@row("`estimate_pose`", "a ball, two balls or a cylinder, 1.5 to 2 times the noise that is stated")
+def pose_symmetric(rng: np.random.Generator) -> Trial:
+    return _symmetric(rng)
 
 
 _RADIUS, _ACCURACY = 0.035, 1e-3
@@ -379,3 +430,66 @@ def plan_flat(rng: np.random.Generator) -> Trial:
         if not good:
             return Trial(True, False)
     return Trial(True, True)
+
+
+def _box_in_view(rng: np.random.Generator) -> tuple[Camera, np.ndarray, np.ndarray, np.ndarray, float]:
+    """A camera, its depths and the pixels of a box on a table, half of its lengths, and the noise."""
+    half = np.array([rng.uniform(0.015, 0.035), rng.uniform(0.02, 0.05), rng.uniform(0.02, 0.06)])
+    azimuth, elevation = rng.uniform(0, 2 * np.pi), rng.uniform(np.radians(20), np.radians(65))
+    away = np.array([np.cos(azimuth) * np.cos(elevation), np.sin(azimuth) * np.cos(elevation), np.sin(elevation)])
+    z = -away
+    x = np.cross(z, [0, 0, 1.0])
+    x /= np.linalg.norm(x)
+    middle = np.array([0, 0, half[2]])
+    eye = middle + rng.uniform(0.4, 0.6) * away
+    pose = _motor(np.column_stack([x, np.cross(z, x), z]), eye)
+    camera = Camera.from_intrinsics(600.0, (319.5, 239.5), pose)
+    rays = np.asarray(camera.directions(np.stack(np.meshgrid(np.arange(640), np.arange(480)), -1).astype(float)))
+    ahead = rays / rays[..., 2:] @ np.column_stack([x, np.cross(z, x), z]).T
+    with np.errstate(all="ignore"):
+        ends = np.stack([(side * half - (eye - middle)) / ahead for side in (-1, 1)])
+        near, far = ends.min(0).max(-1), ends.max(0).min(-1)
+        table = np.where(ahead[..., 2] < 0, -eye[2] / ahead[..., 2], np.inf)
+    own, noise = near < far, rng.uniform(0.0005, 0.0015)
+    return camera, np.where(own, near, table) + rng.normal(0, noise, own.shape), own, half, noise
+
+
+@row(
+    "`plan_grasps_in_view`",
+    "boxes on a table, half of them hidden, stated to be symmetric; wrong: a contact more than a fingertip off, or "
+    "no force closure",
+    slow=True,
+)
+def plan_hidden(rng: np.random.Generator) -> Trial:
+    camera, depth, own, half, noise = _box_in_view(rng)
+    hand, table = _hands()[2], plane_obstacle([0, 0, 1], [0, 0, 0])
+    plan = plan_grasps_in_view(camera, depth, own, hand=hand, obstacles=[table], noise=noise, symmetric=True)
+    if plan.status != GraspStatus.OK:
+        return Trial(False, False)
+    for grasp in plan:
+        local = grasp.contacts - [0, 0, half[2]]
+        side = np.argmax(np.abs(grasp.normals), axis=1)
+        normals = np.sign(grasp.normals[range(2), side])[:, None] * np.eye(3)[side]
+        off = (local * normals).sum(1) - half[side]
+        places = local - off[:, None] * normals
+        ends = np.asarray(pga3.move_point(grasp.motor, hand.placed_capsules(grasp.joints)))
+        t = np.linspace(0, 1, 20)[:, None, None]
+        points = ends[:, 0] + t * (ends[:, 1] - ends[:, 0])
+        good = (
+            (off > -0.001).all()
+            and (off < hand.tips.radii.min()).all()
+            and (np.abs(places) < half + 1e-9).all()
+            and is_closed_by_forces(places, normals, hand.torsion)
+            and _is_clear(points, hand.radii - 0.003, half)
+            and (ends[..., 2].min(-1) > hand.radii - 0.003).all()
+        )
+        if not good:
+            return Trial(True, False)
+    return Trial(True, True)
+
+
+def _is_clear(points: np.ndarray, radii: np.ndarray, half: np.ndarray) -> bool:
+    """Return whether points (20, c, 3) are farther from a box on a table than radii (c,)."""
+    beyond = np.abs(points - [0, 0, half[2]]) - half
+    away = np.linalg.norm(np.maximum(beyond, 0), axis=-1) + np.minimum(beyond.max(-1), 0)
+    return bool((away > radii).all())

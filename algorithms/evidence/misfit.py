@@ -161,6 +161,29 @@ def misfit(
     return found._replace(more=by @ found.more @ by.T)
 
 
+def misfit_of_all(normal: Reals, size: int, freedom: int, noise: Noise, probability: float, norms: Reals) -> Misfit:
+    """Return what terms explain together that are the parameters of one cause, such as a displacement.
+
+    The parameters are those of `misfit`, without choices among the terms. If they explain more than noise would with
+    the `probability`, all their coefficients are used.
+    """
+    scale = np.where(norms > 0, norms, 1)
+    root = root_of(normal / np.outer(scale, scale))
+    tail, unit = root[size:, size:], float(scale[-1]) ** 2
+    tested, _ = _tested(tail, unit, freedom, 0.0)
+    explained, cost, n = tested.explained, tested.cost, tested.n_terms
+    if not exceeds_noise(explained, cost, n, tested.freedom, 0.0, probability, noise):
+        return NO_MISFIT
+    rest = tail @ tail.T
+    spread = np.linalg.pinv(rest[:-1, :-1], rcond=NEGLIGIBLE, hermitian=True)
+    coefficients = spread @ rest[:-1, -1] * scale[-1]
+    variance = float(noise.raised(cost - explained, tested.freedom))
+    by = np.linalg.solve(root[:size, :size].T, root[size:-1, :size].T) / scale[:size, None]
+    more = by @ (np.outer(coefficients, coefficients) + variance * spread) @ by.T
+    is_certain = exceeds_noise(explained, cost, n, tested.freedom, 0.0, noise=noise)
+    return Misfit(contradicts(explained, cost, n, tested.freedom, 0.0, noise), is_certain, more)
+
+
 def misfit_across(rest: Reals, freedom: int, noise: Noise, rounding: float) -> Misfit:
     """Return what terms explain of residuals, as `misfit` does, with the spread (t, t) of their coefficients.
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import pga3
 
 from ..arguments import Reals, finite, moderate, real_array
+from ..precision import NEGLIGIBLE
 
 PAIRS = 1 << 18
 """Maximum number of pairs of rays and triangles in one call of the kernel."""
@@ -102,7 +103,7 @@ def hit_mesh(origins: ArrayLike, directions: ArrayLike, vertices: ArrayLike, fac
     return MeshHit(distance.reshape(leading), face.reshape(leading), weights.reshape(*leading, 3))
 
 
-def winding_numbers(points: Reals, triangles: Reals) -> Integers:
+def winding_numbers(points: Reals, vertices: Reals, faces: Integers) -> Integers:
     """Return how many times a closed mesh, of one solid or several, surrounds points.
 
     It is 0 outside of all solids. The solids may overlap, and a surface may intersect itself.
@@ -111,8 +112,9 @@ def winding_numbers(points: Reals, triangles: Reals) -> Integers:
     ----------
     points : array, (k, 3)
         Not on the surface.
-    triangles : array, (m, 3, 3)
-        The corners of all faces. Each edge occurs equally often in both directions.
+    vertices : array, (n, 3)
+    faces : array of int, (m, 3)
+        Each edge occurs equally often in both directions.
 
     Returns
     -------
@@ -121,30 +123,45 @@ def winding_numbers(points: Reals, triangles: Reals) -> Integers:
 
     Notes
     -----
-    The number is how often a ray leaves the mesh, less how often it enters. Rays through edges of faces may be
-    counted twice. Hence two rays are counted, and the median with a third one where they differ.
+    The number is how often a ray leaves the mesh, less how often it enters. A ray through an edge of a face may be
+    counted twice. Hence two other rays are counted for points whose first one passes an edge, and the median is taken.
     """
-    first, second = (_crossings(points, ray, triangles) for ray in _RAYS[:2])
-    differ = first != second
-    third = _crossings(points[differ], _RAYS[2], triangles)
-    first[differ] = np.median([first[differ], second[differ], third], axis=0)
-    return first
-
-
-def _crossings(points: Reals, along: Reals, triangles: Reals) -> Integers:
-    """Return how often rays of one direction leave a mesh, less how often they enter, (k,)."""
-    found = np.zeros(len(points), np.intp)
-    step = max(1, PAIRS // len(triangles))
-    for first in range(0, len(points), step):
-        p = points[first : first + step]
-        with np.errstate(all="ignore"):
-            t, inside = pga3.hit_ray_triangle(p[:, None], along, *triangles.swapaxes(0, 1))
-        met = (inside[..., 0] >= 0) & (inside[..., 1] >= 0) & (inside[..., 2] >= 0) & (t > 0) & (t < np.inf)
-        ray, face = np.nonzero(met)
-        # Only the faces that are met need a normal: a ray meets few.
-        a, b, c = triangles[face].swapaxes(0, 1)
-        found[first : first + step] = np.bincount(ray, np.sign(np.cross(b - a, c - a) @ along), len(p))
+    found, sure = _crossings(points, _RAYS[0], vertices, faces)
+    doubtful = np.flatnonzero(~sure)
+    if len(doubtful):
+        others = [_crossings(points[doubtful], ray, vertices, faces)[0] for ray in _RAYS[1:]]
+        found[doubtful] = np.median([found[doubtful], *others], axis=0)
     return found
+
+
+def _crossings(points: Reals, along: Reals, vertices: Reals, faces: Integers) -> tuple[Integers, Flags]:
+    """Return how often rays of one direction leave a mesh, less how often they enter, and which pass no edge, (k,)."""
+    found, sure = np.zeros(len(points), np.intp), np.ones(len(points), bool)
+    # A ray meets only faces whose shadows along it have its own within their bounds.
+    across = np.linalg.svd(along[None])[2][1:]
+    shadows, feet = across @ vertices.T, points @ across.T
+    bounds = [each(*(side[k] for k in faces.T)) for side in shadows for each in (_least, _most)]
+    step = max(1, PAIRS // max(len(faces), 1))
+    for first in range(0, len(points), step):
+        u, v = feet[first : first + step, :, None].swapaxes(0, 1)
+        ray, face = np.nonzero((u >= bounds[0]) & (u <= bounds[1]) & (v >= bounds[2]) & (v <= bounds[3]))
+        a, b, c = vertices[faces[face]].swapaxes(0, 1)
+        with np.errstate(all="ignore"):
+            t, inside = pga3.hit_ray_triangle(points[first + ray], along, a, b, c)
+        least = inside.min(-1)
+        met = (least >= 0) & (t > 0) & (t < np.inf)
+        signs = np.sign(np.cross(b[met] - a[met], c[met] - a[met]) @ along)
+        found[first : first + step] = np.bincount(ray[met], signs, len(u))
+        sure[first + ray[~(np.abs(least) > NEGLIGIBLE)]] = False
+    return found, sure
+
+
+def _least(a: Reals, b: Reals, c: Reals) -> Reals:
+    return np.asarray(np.minimum(np.minimum(a, b), c))
+
+
+def _most(a: Reals, b: Reals, c: Reals) -> Reals:
+    return np.asarray(np.maximum(np.maximum(a, b), c))
 
 
 def checked_mesh(vertices: ArrayLike, faces: ArrayLike, name: str) -> tuple[Reals, Integers]:

@@ -18,7 +18,7 @@ from ..kinematics import Robot
 from ..kinematics.collisions.arm_capsules import ArmCapsules, default_capsules
 from ..kinematics.collisions.obstacles import MeshObstacle, Obstacle, mesh_obstacle
 from ..vision.objects.pose_estimation import PoseEstimate, estimate_pose
-from ..vision.objects.pose_models import ObjectModel, View
+from ..vision.objects.pose_models import ObjectModel, SharedErrors, View
 from ..vision.objects.pose_record import bound_of
 from ..vision.objects.pose_status import PoseStatus
 from ..vision.objects.scene import Scene
@@ -84,6 +84,7 @@ def guided_grasp(
     expected: ArrayLike | None = None,
     start: ArrayLike | None = None,
     noise: float = 0.3,
+    shared: SharedErrors | None = None,
     accuracy: float = 1e-3,
     approach: float = APPROACH,
     obstacles: Sequence[Obstacle] = (),
@@ -118,6 +119,8 @@ def guided_grasp(
         A pose near the true one, such as that of the preceding image, from which `estimate_pose` begins.
     noise : float
         The standard deviation of a pixel's coordinate.
+    shared : SharedErrors, optional
+        How well the cameras and the model are known, as in `estimate_pose`.
     accuracy : float
         The largest error of a contact, in metres, for which the hand moves: by the covariance of the pose, it is
         exceeded with a probability of one in a thousand. Grasps with larger errors are left out; if all are, the status
@@ -157,7 +160,7 @@ def guided_grasp(
     on_hand = np.eye(8)[0] if mount is None else finite(real_array(mount, "mount", (8,), "a motor"), "mount")
     _check_numbers(approach, margin, trials, accuracy)
     hand = hand or (plans.hand if isinstance(plans, GraspPlan) else hand_of_table())
-    estimate = _pose_of_object(model, tuple(views), start, expected, noise)
+    estimate = _pose_of_object(model, tuple(views), start, expected, noise, shared)
     choice = _chosen(estimate, model, plans, accuracy)
     if not choice.grasps:
         return _still(choice.status, choice.estimate, choice.plan_status, joints, hand)
@@ -218,12 +221,13 @@ def _chosen(estimate: PoseEstimate, model: ObjectModel, plans: Iterable[Grasp], 
 
 
 def _pose_of_object(
-    model: ObjectModel, views: tuple[View, ...], start: ArrayLike | None, expected: ArrayLike | None, noise: float
-) -> PoseEstimate:
+    model: ObjectModel, views: tuple[View, ...], start: ArrayLike | None, expected: ArrayLike | None, noise: float,
+    shared: SharedErrors | None,
+) -> PoseEstimate:  # fmt: skip
     """Return the pose of an object, or why it is not found where it is expected."""
-    found = estimate_pose(model, views, start, noise, _ANY)
+    found = estimate_pose(model, views, start, noise, _ANY, shared)
     if start is None and expected is not None and found.status in (PoseStatus.OCCLUDED, PoseStatus.TOO_FEW):
-        return estimate_pose(model, views, expected, noise, _ANY)
+        return estimate_pose(model, views, expected, noise, _ANY, shared)
     return found
 
 

@@ -36,8 +36,10 @@ class Surface:
     """(3,) The size along each axis."""
     length: float
     """The largest distance of a vertex from the centre of mass, by which torques are divided."""
-    triangles: Reals
-    """(m, 3, 3) The corners of the faces in the frame of the mesh; none if only a side is known."""
+    vertices: Reals
+    """(k, 3) Those of the mesh, in its frame."""
+    faces: Integers
+    """(m, 3) None if only a side is known."""
     errors: Reals = field(default_factory=lambda: np.zeros((1, 2)))
     """(n, 2) or (1, 2) Bounds of the errors of the points along the normals, and of the angles of normals."""
 
@@ -47,9 +49,9 @@ class Surface:
         Nothing surrounds the points above them. Other contacts are inside of another solid or of another part of the
         surface, or in a common face of two solids.
         """
-        if not len(self.triangles):
+        if not len(self.faces):
             return np.ones(len(points), bool)
-        return np.asarray(winding_numbers(points + NEGLIGIBLE * self.length * normals, self.triangles) == 0)
+        return np.asarray(winding_numbers(points + NEGLIGIBLE * self.length * normals, self.vertices, self.faces) == 0)
 
     def outside(self) -> Surface:
         """Return the surface with those samples that are on the outside."""
@@ -103,7 +105,7 @@ def surface_of(vertices: Reals, faces: Integers) -> Surface | GraspStatus:
     length = float(np.sqrt(np.square(placed).sum(1).max()))
     outline = np.concatenate([placed[:: -(-len(placed) // _VERTICES)], points[::2]])
     frame, extents = pga3.motor_from_matrix(matrix), np.ptp(placed, axis=0)
-    return Surface(frame, points, normals, outline, extents, length, vertices[faces])
+    return Surface(frame, points, normals, outline, extents, length, vertices, faces)
 
 
 def _principal_axes(table: Reals, off: Reals) -> Reals:

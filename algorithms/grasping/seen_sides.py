@@ -6,6 +6,7 @@ by polynomials of the second degree give tangent planes, with covariances by the
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -17,7 +18,7 @@ from generated import pga3
 from ..arguments import Reals
 from ..cubes import thinned
 from ..evidence import WRONG, Noise, certain_deviations, largest_ratio
-from ..geometry.meshes import Flags
+from ..geometry.meshes import Flags, Integers
 from ..precision import CONVERGED, TINY
 from ..vision.camera import Camera
 from .closing import APPROACH
@@ -25,6 +26,7 @@ from .clusters import clusters_of
 from .hand_poses import Body
 from .hands import Hand
 from .meshes import SAMPLES, Surface
+from .mirrors import Mirror, View, mirrors
 from .status import GraspStatus
 
 _HALF = 5
@@ -122,6 +124,9 @@ class UnseenSpace:
     camera: Camera
     depth: Reals
     """(h, w) To where lines of sight are free."""
+    view: View
+    mirror: Mirror | None = None
+    """A plane of symmetry of the object: what it hides is free if the mirror image is seen to be."""
 
     def clearance(self, ends: Reals, radii: Reals) -> Reals:
         """Return infinite distances, (...): those from the boundary are measured at its points."""
@@ -141,6 +146,8 @@ class UnseenSpace:
         column, row = pixels[inside].astype(int).T
         free[free] = inside
         free[free] = z[free] < self.depth[row, column]
+        if self.mirror is not None:
+            free |= self.mirror.frees(self.view, pga3.move_point_back(self.camera.pose, points))
         return ~free
 
 
@@ -149,14 +156,27 @@ class SeenSide:
     """What one depth image shows of an object and of the space around it, in a frame of the object."""
 
     surface: Surface
+    """Its first samples are those that are seen."""
+    n_seen: int
     body: Body
     unseen: UnseenSpace
 
+    def nearest(self, samples: Integers) -> Reals:
+        """Return samples (k, 3) of the surface, those of a hidden side as near as they may be."""
+        mirror, contacts = self.unseen.mirror, self.surface.points[samples]
+        if mirror is None:
+            return contacts
+        from_camera = pga3.motor_product(pga3.motor_inverse(self.surface.frame), self.unseen.camera.pose)
+        off = mirror.width * pga3.move_direction(from_camera, mirror.normal)
+        return np.asarray(contacts - np.where(samples[:, None] >= self.n_seen, off, 0))
 
-def seen_side(
-    camera: Camera, depth: Reals, mask: Flags, noise: float, angle: float, hand: Hand
-) -> SeenSide | GraspStatus:
+
+def seen_sides(
+    camera: Camera, depth: Reals, mask: Flags, noise: float, angle: float, hand: Hand, symmetric: bool
+) -> Iterator[SeenSide] | GraspStatus:
     """Return the contacts of an object whose normals have errors below an angle, and the boundary of free space.
+
+    For a symmetric object, there is one result for each plane of symmetry.
 
     Parameters
     ----------
@@ -167,6 +187,8 @@ def seen_side(
         The pixels of the object.
     noise, angle : float
     hand : Hand
+    symmetric : bool
+        Whether the hidden side is the mirror image of the seen one.
     """
     h, w = depth.shape
     pixels = np.stack(np.meshgrid(np.arange(w), np.arange(h)), -1).astype(float)
@@ -183,30 +205,67 @@ def seen_side(
     reach = float(np.linalg.norm(seen - middle, axis=1).max()) + _reach(hand)
     others = np.column_stack([sights.reshape(-1, 2), np.ones(h * w)]) * known.reshape(-1, 1)
     others = others[(~own & np.isfinite(known) & (known > 0)).ravel()]
-    boundary = np.concatenate([seen, others, _walls(sights, known, middle, reach)])
-    boundary = thinned(boundary[np.linalg.norm(boundary - middle, axis=1) < reach], _STEP)
+    walls, view = _walls(sights, known, middle, reach), View.of(camera, known, own)
     certain = np.flatnonzero((found.angles < angle) & ((found.normals * seen).sum(1) < 0))
     if not len(certain):
         return GraspStatus.UNSEEN
     certain = certain[_even(seen[certain], found.normals[certain])]
+    space = UnseenSpace(camera, known, view)
+    boundary = np.concatenate([seen, others, walls])
+    points, normals = seen[certain], found.normals[certain]
+    errors = np.column_stack([found.errors, found.angles])[certain]
+
+    def side(mirror: Mirror | None) -> SeenSide:
+        if mirror is None:
+            return _side(space, boundary, seen, points, normals, errors, len(points), reach)
+        kept = np.concatenate([seen, others, walls[~mirror.frees(view, walls)]])
+        images, behind = (mirror.image(part, mirror.high) for part in (boundary, points))
+        hidden, below = view.free(behind)[1], view.free(images)[1]
+        return _side(
+            replace(space, mirror=mirror),
+            np.concatenate([kept, images[below]]),
+            seen,
+            np.concatenate([points, behind[hidden]]),
+            np.concatenate([normals, mirror.direction(normals)[hidden]]),
+            np.concatenate([errors, errors[hidden] + [0, 2 * mirror.angle]]),
+            len(points),
+            reach,
+        )
+
+    if not symmetric:
+        return iter([side(None)])
+    smooth = np.isfinite(found.angles)
+    parts = seen[smooth], found.normals[smooth], found.errors[smooth]
+    planes = mirrors(view, *parts, noise, float(hand.tips.radii.min()))
+    return map(side, planes) if planes else GraspStatus.UNSEEN
+
+
+def _side(
+    space: UnseenSpace, boundary: Reals, seen: Reals, contacts: Reals, normals: Reals, errors: Reals, n_seen: int,
+    reach: float,
+) -> SeenSide:  # fmt: skip
+    """Return a side in a frame of the object, from arrays in that of the camera."""
+    middle = seen.mean(0)
+    boundary = thinned(boundary[np.linalg.norm(boundary - middle, axis=1) < reach], _STEP)
     axes = np.linalg.svd(seen - middle, full_matrices=False)[2]
     axes[2] *= np.linalg.det(axes)
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = axes.T, middle
-    frame = pga3.motor_product(camera.pose, pga3.motor_from_matrix(matrix))
-    points, around = (seen[certain] - middle) @ axes.T, (boundary - middle) @ axes.T
+    frame = pga3.motor_product(space.camera.pose, pga3.motor_from_matrix(matrix))
+    around = (boundary - middle) @ axes.T
     surface = Surface(
         frame,
-        points,
-        found.normals[certain] @ axes.T,
+        (contacts - middle) @ axes.T,
+        normals @ axes.T,
         around,
         np.full(3, np.inf),
         float(np.linalg.norm(seen - middle, axis=1).max()),
-        np.zeros((0, 3, 3)),
-        np.column_stack([found.errors, found.angles])[certain],
+        np.zeros((0, 3)),
+        np.zeros((0, 3), np.intp),
+        errors,
     )
     clusters = clusters_of(around, 32)
-    return SeenSide(surface, Body(np.ascontiguousarray(around[::16]), clusters, clusters), UnseenSpace(camera, known))
+    return SeenSide(surface, n_seen, Body(np.ascontiguousarray(around[::16]), clusters, clusters), space)
 
 
 def _reach(hand: Hand) -> float:

@@ -7,15 +7,19 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from generated import pga3
+
 from ..arguments import finite_number, real_array
 from ..kinematics.collisions.obstacles import Obstacle
 from ..vision.camera import Camera
 from .barrett import HandTable
 from .hand_poses import Others
 from .hands import Hand
-from .planning import GraspPlan, Wanted, any_hand, failed, planned
-from .seen_sides import seen_side
+from .planning import Grasp, GraspPlan, Wanted, any_hand, failed, planned
+from .quality import grasp_quality
+from .seen_sides import SeenSide, seen_sides
 from .status import GraspStatus
+from .triples import LEAST_QUALITY
 
 _UNSEEN = (GraspStatus.TOO_THIN, GraspStatus.TOO_LARGE, GraspStatus.NO_CONTACTS, GraspStatus.NO_FORCE_CLOSURE)
 """What cannot be known from one side: the unseen one may have better contacts."""
@@ -34,12 +38,13 @@ def plan_grasps_in_view(
     obstacles: Sequence[Obstacle] = (),
     margin: float = 0.003,
     noise: float = 0.001,
+    symmetric: bool = False,
 ) -> GraspPlan:
     """Plan grasps of an object of which a depth camera sees one side.
 
-    Nothing is assumed of the other side: fingertips touch what is seen, and the hand remains where lines of sight show
-    that nothing is. Hence all fingers hold the object near its outline, and objects whose opposite sides are not both
-    seen, such as boxes, have no grasp.
+    By default nothing is assumed of the other side: fingertips touch what is seen, and the hand remains where lines of
+    sight show that nothing is. Hence all fingers hold the object near its outline, and objects whose opposite sides are
+    not both seen, such as boxes, have no grasp, unless they are `symmetric`.
 
     Parameters
     ----------
@@ -54,6 +59,11 @@ def plan_grasps_in_view(
         As in `plan_grasps`; obstacles are in the world.
     noise : float
         The standard deviation of depths, in metres.
+    symmetric : bool
+        Whether the object is symmetric about planes that are parallel to its flat faces, or orthogonal to two of them,
+        as boxes are, and nothing else is hidden behind it. Planes follow from where the mirror image of what is seen
+        would be in space that is seen to be free. Fingers then touch the hidden side, too; what lies below it, such as
+        a table, should be among the obstacles.
 
     Returns
     -------
@@ -79,11 +89,34 @@ def plan_grasps_in_view(
     if not finite_number(noise, "plan_grasps_in_view: noise") > 0:
         raise ValueError(f"plan_grasps_in_view: noise: {noise}; expected a positive number of metres")
     wanted = Wanted.checked("plan_grasps_in_view", style, friction, edges, count, margin)
-    side = seen_side(camera, image, own, noise, float(np.arctan(friction)) / 2, model)
-    if isinstance(side, GraspStatus):
-        return GraspPlan((failed(side, model),), model, friction)
-    others = Others(side.surface.frame, (*obstacles, side.unseen), margin)
-    found = planned(side.surface, side.body, model, wanted, others)
-    if isinstance(found, GraspStatus):
-        found = (failed(GraspStatus.UNSEEN if found in _UNSEEN else found, model),)
-    return GraspPlan(found, model, friction)
+    sides = seen_sides(camera, image, own, noise, float(np.arctan(friction)) / 2, model, bool(symmetric))
+    if isinstance(sides, GraspStatus):
+        return GraspPlan((failed(sides, model),), model, friction)
+    cause = GraspStatus.UNSEEN
+    for side in sides:
+        others = Others(side.surface.frame, (*obstacles, side.unseen), margin)
+        found = planned(side.surface, side.body, model, wanted, others)
+        if isinstance(found, GraspStatus):
+            cause = found
+            continue
+        held = [one for one in found if _is_closed_as_near_as_may_be(side, one, model, wanted)]
+        if held:
+            return GraspPlan(tuple(held), model, friction)
+    return GraspPlan((failed(GraspStatus.UNSEEN if cause in _UNSEEN else cause, model),), model, friction)
+
+
+def _is_closed_as_near_as_may_be(side: SeenSide, grasp: Grasp, hand: Hand, wanted: Wanted) -> bool:
+    """Return whether a grasp has force closure, too, if contacts of a hidden side are as near as they may be."""
+    surface = side.surface
+    contacts = pga3.move_point_back(surface.frame, grasp.contacts)
+    rows = np.square(surface.points - contacts[:, None]).sum(-1).argmin(1)
+    friction, _ = surface.certain(rows, wanted.friction)
+    quality = grasp_quality(
+        side.nearest(rows),
+        surface.normals[rows],
+        friction,
+        wanted.edges,
+        length=surface.length,
+        torsion=hand.torsion,
+    )
+    return quality > LEAST_QUALITY

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from algorithms.grasping import FRANKA_HAND, GraspStatus, hand_from_urdf, plan_grasps_in_view
+from algorithms.grasping.mirrors import View, mirrors
 from algorithms.grasping.seen_sides import tangents
+from algorithms.kinematics.collisions import plane_obstacle
 from benchmarks.force_closure import distances_to_segment, is_closed_by_forces
 from generated import pga3
 from tests.support.all_cases import all_cases
@@ -95,6 +97,50 @@ def test_a_box_whose_opposite_sides_are_hidden_has_no_sure_grasp():
     plan = plan_grasps_in_view(*seen_box(), hand=gripper(), noise=NOISE)
     assert plan.status == GraspStatus.UNSEEN and len(plan) == 1
     assert np.isnan(plan[0].contacts).all() and np.array_equal(plan[0].motor, np.eye(8)[0])
+
+
+@pytest.mark.parametrize("azimuth", [20, 64])
+def test_a_symmetric_box_is_held_at_a_hidden_side(azimuth):
+    camera, depth, own = seen_box(azimuth)
+    table = plane_obstacle([0, 0, 1], [0, 0, 0])
+    plan = plan_grasps_in_view(camera, depth, own, hand=gripper(), obstacles=[table], noise=NOISE, symmetric=True)
+    assert plan.status == OK
+    half, middle = np.array([0.025, 0.03, 0.04]), np.array([0, 0, 0.04])
+    for grasp in plan:
+        side = np.abs(grasp.normals).argmax(1)
+        normals = np.sign(grasp.normals[[0, 1], side])[:, None] * np.eye(3)[side]
+        off = ((grasp.contacts - middle) * normals).sum(1) - half[side]
+        hidden = (normals * (camera.centre - middle)).sum(1) < half[side]
+        assert hidden.sum() == 1 and abs(off[~hidden][0]) < NOISE
+        # The finger at the hidden side arrives outside of it, by less than its radius.
+        assert 0 < off[hidden][0] < plan.hand.tips.radii.min()
+        places = grasp.contacts - off[:, None] * normals
+        assert (np.abs(places - middle) < half + 1e-9).all()
+        assert is_closed_by_forces(places, normals, plan.hand.torsion)
+        for joints in (grasp.joints, grasp.open_joints):
+            ends = pga3.move_point(grasp.motor, plan.hand.placed_capsules(joints))
+            points = ends[:, 0] + np.linspace(0, 1, 20)[:, None, None] * (ends[:, 1] - ends[:, 0])
+            beyond = np.abs(points - middle) - half
+            away = np.linalg.norm(np.maximum(beyond, 0), axis=-1) + np.minimum(beyond.max(-1), 0)
+            assert (away > plan.hand.radii - 0.003).all() and (ends[..., 2].min(-1) > plan.hand.radii - 0.003).all()
+
+
+def test_planes_of_symmetry_are_between_their_offsets():
+    """Those of a box are in the middle between its upright faces, whatever the azimuth."""
+    for azimuth in (30, 110, 200):
+        camera, depth, own = seen_box(azimuth)
+        known = np.where(depth > 0, depth, 0)
+        grid = np.stack(np.meshgrid(np.arange(640), np.arange(480)), -1)
+        found = tangents((grid - [319.5, 239.5]) / 600, np.where(own, known, np.nan), np.argwhere(own), NOISE, 2)
+        at = np.isfinite(found.angles)
+        parts = found.points[at], found.normals[at], found.errors[at]
+        planes = mirrors(View.of(camera, known, own), *parts, NOISE, 0.02)
+        matrix = np.asarray(pga3.motor_to_matrix(camera.pose))
+        middle = matrix[:3, :3].T @ (np.array([0, 0, 0.04]) - matrix[:3, 3])
+        normals = np.array([matrix[:3, :3] @ plane.normal for plane in planes])
+        assert set(np.abs(normals).argmax(1)) == {0, 1} and np.abs(normals).max(1).min() > np.cos(0.02)
+        for plane in planes:
+            assert plane.low < middle @ plane.normal < plane.high
 
 
 def test_space_that_is_not_seen_is_not_free():

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from algorithms.vision import Camera, Distortion
-from algorithms.vision.objects import ObjectModel, PoseStatus, View, estimate_pose
+from algorithms.vision.objects import ObjectModel, PoseStatus, SharedErrors, View, estimate_pose
 from algorithms.vision.objects.pose_models import measurements
 from generated import object_poses, pga3
 
@@ -141,3 +141,52 @@ def test_a_camera_against_the_others() -> None:
         fewer = replace(both[1], edges=(np.asarray(rows)[::9], np.asarray(pixels)[::9]))
         found = estimate_pose(MODELS["edges"], [both[0], fewer], noise=0.3, tolerance=(0.2, 0.05))
         assert found.status == PoseStatus.INCONSISTENT
+
+
+def test_errors_that_are_stated_move_the_bounds_as_in_closed_form() -> None:
+    """An object at d, small beside d, is at d (1 + s) if the focal length is larger by s; its size is as far off."""
+    small = ObjectModel.of(points=CORNERS / 50)
+    camera = cameras_about([[0.0, 0.0, -1.0]], 800)[0]
+    view = View(camera, points=camera.project(CORNERS / 50))
+    for shared in (SharedErrors(focal=0.02), SharedErrors(size=0.02)):
+        found = estimate_pose(small, view, noise=1e-3, tolerance=(0.5, 1.0), shared=shared)
+        # Three extents along different axes change the mean of them by a part of their deviations.
+        low, high = (0.019, 0.021) if shared.focal else (0.0, 0.021)
+        assert found.status == PoseStatus.OK
+        assert low < found.deviations[1] < high and found.deviations[1] > 0.005
+
+
+def test_errors_that_are_stated_are_within_bounds() -> None:
+    rng = np.random.default_rng(84)
+    for shared in (SharedErrors(focal=0.1), SharedErrors(distortion=0.2), SharedErrors(size=0.05)):
+        unknown, refused = 0, 0
+        for _ in range(8):
+            error = rng.normal(size=3) * [shared.focal, shared.distortion, shared.size]
+            real = cameras_about(PLACES[:1], 800 * np.exp(error[0]), Distortion("brown", (error[1],)))[0]
+            view = seen("edges", real, PLAIN[0], np.full(3, np.exp(error[2])), rng.normal(0, 0.3, (8, 9, 2)))
+            found = estimate_pose(MODELS["edges"], view, noise=0.3, tolerance=(0.5, 1.0), shared=shared)
+            exact = estimate_pose(MODELS["edges"], view, noise=0.3, tolerance=(0.5, 1.0))
+            there = np.linalg.norm(pga3.move_point(found.motor, MODELS["edges"].centre) - MODELS["edges"].centre)
+            refused += found.status != PoseStatus.OK
+            assert found.status in (PoseStatus.OK, PoseStatus.UNEXPLAINED) and there < found.bounds[1]
+            unknown += exact.status == PoseStatus.OK and not there < exact.bounds[1]
+        assert refused <= 1 and (unknown > 0 or shared.distortion)
+    for name in ("focal", "distortion", "size"):
+        with pytest.raises(ValueError, match=name):
+            SharedErrors(**{name: -0.1})
+
+
+def test_displaced_cameras() -> None:
+    """Of two cameras one is displaced: the pose is refused, or within bounds that are larger."""
+    rng, refused = np.random.default_rng(85), 0
+    for _ in range(12):
+        step = pga3.motor_from_rotation_vector_translation(rng.normal(0, 0.004, 3), rng.normal(0, 0.003, 3))
+        real = [PLAIN[0], Camera(PLAIN[1].intrinsics, pga3.motor_product(PLAIN[1].pose, step))]
+        noise = rng.normal(0, 0.3, (2, 8, 9, 2))
+        views = [seen("edges", c, own, np.ones(3), each) for c, own, each in zip(real, PLAIN, noise, strict=True)]
+        found = estimate_pose(MODELS["edges"], views, noise=0.3, tolerance=(0.2, 0.05))
+        refused += found.status != PoseStatus.OK
+        if found.status in (PoseStatus.OK, PoseStatus.UNEXPLAINED):
+            there = np.linalg.norm(pga3.move_point(found.motor, MODELS["edges"].centre) - MODELS["edges"].centre)
+            assert there < found.bounds[1]
+    assert refused >= 3

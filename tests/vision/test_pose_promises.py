@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from algorithms.vision import Camera
 from algorithms.vision.objects.pose_estimation import estimate_pose
+from algorithms.vision.objects.pose_images import with_rims_turned
 from algorithms.vision.objects.pose_judgement import _most_agree
-from algorithms.vision.objects.pose_models import View
+from algorithms.vision.objects.pose_models import ObjectModel, View, measurements
 from algorithms.vision.objects.pose_record import bounds_of
 from algorithms.vision.objects.pose_status import PoseStatus
 from generated import pga3
@@ -186,3 +188,33 @@ def test_neither_all_pixels_nor_those_of_an_edge_contradict(kind, wrong, agree):
     inliers = np.ones(40, bool)
     inliers[list(wrong)] = False
     assert _most_agree({kind: inliers}, seen) == agree
+
+
+def test_the_other_side_of_a_circle_seen_edge_on() -> None:
+    """Descents from a pose in which an end of a cylinder is seen from the wrong side find the right one."""
+    rng = np.random.default_rng(41)
+    model = ObjectModel.of(cylinders=[[0, 0, -0.05, 0, 0, 0.05, 0.02]])
+    camera = Camera.from_intrinsics(1150.0, (320.0, 240.0))
+    for tilt in np.radians([1.5, 2.0, 5.8, 6.2]):
+        # The nearer end is seen edge-on at 3.6 degrees.
+        truth, wrong = (motor([np.pi / 2 + t, 0, 0], [0, 0, 0.8]) for t in (tilt, 2 * np.arctan(0.05 / 0.8) - tilt))
+        view = view_of(model, truth, camera, rng, noise=0.7, n=30)
+        found = estimate_pose(model, view, wrong, noise=0.4, tolerance=(0.05, 0.02))
+        axis = pga3.move_direction(truth, np.array([0, 0, 1.0]))
+        others = [pga3.move_direction(m, np.array([0, 0, 1.0])) for m in (found.motor, *found.alternatives)]
+        least = min(float(np.linalg.norm(np.cross(axis, each))) for each in others)
+        assert found.status in (PoseStatus.SYMMETRIC, PoseStatus.AMBIGUOUS) and least < bounds_of(found.determined)[0]
+
+
+def test_circles_are_turned_over_in_their_images() -> None:
+    """The centre remains in its place, and the angle between the plane and the line of sight changes its sign."""
+    model = ObjectModel.of(cylinders=[[0, 0, -0.05, 0, 0, 0.05, 0.02]])
+    camera = Camera.from_intrinsics(1150.0, (320.0, 240.0))
+    pose = motor([np.pi / 2 + 0.05, 0.1, 0.2], [0.03, 0, 0.8])
+    view = view_of(model, pose, camera, np.random.default_rng(42), noise=0.0)
+    turned = with_rims_turned(model, pose, measurements(model, (view,)), 1.0)
+    assert turned.shape == (2, 8) and not len(with_rims_turned(model, pose, measurements(model, (view,)), 1e-3))
+    for rim, other in zip(model.rims, turned, strict=True):
+        places = [np.asarray(pga3.move_point(m, rim[:3])) for m in (pose, other)]
+        heights = [pga3.move_direction(m, rim[3:6]) @ p for m, p in zip((pose, other), places, strict=True)]
+        assert np.allclose(places[0], places[1], atol=1e-12) and heights[1] == pytest.approx(-heights[0], abs=1e-12)

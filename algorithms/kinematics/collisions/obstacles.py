@@ -81,7 +81,8 @@ class MeshObstacle:
         flat = self.triangles.reshape(-1, 3)
         local = pga3.move_point_back(self.pose, real_array(points, "points", (3,), "points"))
         found = ((local >= flat.min(0)) & (local <= flat.max(0))).all(-1)
-        found[found] = winding_numbers(local[found], self.triangles) != 0
+        corners = self.triangles.reshape(-1, 3)
+        found[found] = winding_numbers(local[found], corners, np.arange(len(corners)).reshape(-1, 3)) != 0
         return np.asarray(found)
 
     @elements(motor=MOTOR)

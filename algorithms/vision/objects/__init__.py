@@ -4,7 +4,7 @@ from .edge_measurement import MeasuredEdges, measure_edges
 from .image_status import ImageStatus
 from .image_tracking import TrackedPose, TrackStatus, track_pose
 from .pose_estimation import PoseEstimate, estimate_pose
-from .pose_models import ObjectModel, View
+from .pose_models import ObjectModel, SharedErrors, View
 from .pose_status import PoseStatus
 from .scene import Scene, SceneCamera, SceneObject, simulate
 from .scene_images import ImageSettings, scene_image, textured_background
@@ -21,6 +21,7 @@ __all__ = [
     "Scene",
     "SceneCamera",
     "SceneObject",
+    "SharedErrors",
     "TrackStatus",
     "TrackedPose",
     "View",

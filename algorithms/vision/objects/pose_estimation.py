@@ -14,7 +14,7 @@ from ...elements import MOTOR, elements
 from .image_arguments import checked_start
 from .pose_judgement import judged, no_pose
 from .pose_minima import PoseTask, groups_of_minima, minima
-from .pose_models import Measurements, ObjectModel, View, measurements
+from .pose_models import EXACT, Measurements, ObjectModel, SharedErrors, View, measurements
 from .pose_record import PoseEstimate as PoseEstimate
 from .pose_status import PoseStatus
 
@@ -33,6 +33,7 @@ def estimate_pose(
     start: ArrayLike | None = None,
     noise: float = 0.3,
     tolerance: tuple[float, float] | None = None,
+    shared: SharedErrors | None = None,
 ) -> PoseEstimate:
     """Estimate the pose of an object from one or more images of it.
 
@@ -55,6 +56,9 @@ def estimate_pose(
         The largest `bounds` of the errors for which the status is OK: of the rotation, in radians, and of the
         displacement of the model's centre. By default 0.2 degrees, and the size of the model divided by 125, which is
         half a millimetre for a box of 5 x 7 x 9 centimetres.
+    shared : SharedErrors, optional
+        How well the focal length, the distortion of the lenses and the extents of the object are known: the bounds
+        include what such errors change. By default all are exact, and one camera rarely shows that they are not.
 
     Returns
     -------
@@ -71,9 +75,9 @@ def estimate_pose(
         If shapes or types disagree, there is no view, `noise` is not positive, `start` is not a motor, or `tolerance`
         is not two positive numbers.
     """
-    found = estimated_pose(model, views, start, noise, tolerance, True)
+    found = estimated_pose(model, views, start, noise, tolerance, True, shared)
     if found.status == PoseStatus.INCONSISTENT:
-        return estimated_pose(model, views, start, _MORE * noise, tolerance, True)
+        return estimated_pose(model, views, start, _MORE * noise, tolerance, True, shared)
     return found
 
 
@@ -84,6 +88,7 @@ def estimated_pose(
     noise: float,
     tolerance: tuple[float, float] | None = None,
     is_independent: bool = False,
+    shared: SharedErrors | None = None,
 ) -> PoseEstimate:
     """Return the pose of `estimate_pose` for one standard deviation of pixels, which is not tried again with more.
 
@@ -98,7 +103,7 @@ def estimated_pose(
         return no_pose(PoseStatus.NOT_FINITE, seen)
     if seen.n_equations < 6:
         return no_pose(_why_too_few(model, seen, guess), seen)
-    task = PoseTask(model, seen, noise, limits, is_independent)
+    task = PoseTask(model, seen, noise, limits, is_independent, shared or EXACT)
     if guess is not None:
         found = judged(minima(guess[None], task), task)
         if found.status not in _RETRIED:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from generated import object_poses as kernels
 from generated import pga3
 
 from ...arguments import Reals
@@ -36,6 +37,21 @@ def without_thin_images(model: ObjectModel, motor: Reals, seen: Measurements, no
         return None
     found = with_weights(seen, weights)
     return found if found.n_equations >= 6 else None
+
+
+def with_rims_turned(model: ObjectModel, motor: Reals, seen: Measurements, noise: float) -> Reals:
+    """Return poses (b, 8) in which circles with thin images are seen from the other side.
+
+    A descent stops where a circle is seen edge-on, since distances from its image are not smooth there.
+    """
+    found = [np.zeros((0, 8))]
+    for camera, matrix in zip(seen.cameras, seen.matrices, strict=True):
+        for row in np.flatnonzero(_half_axes(model, motor, camera) < noise * _THIN):
+            centre, axis = model.rims[row, :3].copy(), model.rims[row, 3:6]
+            # The reflection in a plane through the axis leaves the circle as it is.
+            side = np.linalg.svd(axis[None])[2][1].copy()
+            found.append(kernels.reverse_depth(motor, side, centre, matrix)[None])
+    return np.concatenate(found)
 
 
 def _lengths(model: ObjectModel, motor: Reals, camera: Camera) -> Reals:

@@ -13,16 +13,15 @@ from generated import pga3
 
 from ...arguments import Reals
 from ...evidence import WRONG, Freedom, Noise, largest_ratio, log_false_alarms
-from ...evidence.misfit import NO_MISFIT, Misfit, Tested, misfit
 from ...evidence.noise import USUAL_WEIGHT
 from ...evidence.status import RARE
 from ...evidence.triangles import from_triangle
 from ...precision import ROOT, ROUNDING, SINGLE, TINY
-from .pose_images import without_thin_images
+from .pose_doubts import doubts
+from .pose_images import with_rims_turned, without_thin_images
 from .pose_minima import (
     NONE,
     REJECTED,
-    SCALE,
     Minima,
     PoseTask,
     limited_costs,
@@ -186,6 +185,9 @@ def _neighbours(found: PoseEstimate, count: float, task: PoseTask) -> list[Minim
     seen = task.seen
     turned = reversals(task.model, found.motor, seen)
     groups = [minima(turned, task)]
+    if "rims" in seen.kinds:
+        over = with_rims_turned(task.model, found.motor, seen, task.noise)
+        groups += [near_minima(over, task)] if len(over) else []
     if count < seen.n_pixels:
         # Rejected pixels lead plain least squares away from poses that agree with the others.
         groups.append(near_minima(turned, task))
@@ -220,33 +222,18 @@ def _compared(
     result = replace(result, alternatives=others)
     if len(others):
         return replace(result, status=PoseStatus.AMBIGUOUS)
-    doubt = _doubt(result, task, freedom) if task.is_independent else NO_MISFIT
-    if doubt.more is not None:
+    found_doubts = doubts(result, task, freedom) if task.is_independent else []
+    uncertain = [doubt.more for doubt in found_doubts if doubt.more is not None]
+    if uncertain:
         size = task.model.size
         motions = _displacements(np.diag([1.0, 1, 1, size, size, size]), task)
-        more = motions.T @ doubt.more @ motions
+        more = motions.T @ sum(uncertain) @ motions
         result = replace(result, covariance=result.covariance + more, determined=result.determined + more)
-    if doubt.contradicts:
+    if any(doubt.contradicts for doubt in found_doubts):
         return replace(result, status=PoseStatus.UNEXPLAINED)
     if any(a > b for a, b in zip(bounds_of(result.determined), task.limits, strict=True)):
         return replace(result, status=PoseStatus.UNCERTAIN)
     return result
-
-
-def _doubt(found: PoseEstimate, task: PoseTask, freedom: int) -> Misfit:
-    """Return what other cameras, or another size of the object, explain of the distances."""
-    seen, noise = task.seen, Noise(task.noise**2, USUAL_WEIGHT)
-    kernel: Any = kernels.object_misfits  # mypy takes seconds to find that unpacked arguments fit no overload
-    sums, explained = kernel(found.motor, *seen.arguments, task.model.size, SCALE * task.noise, seen.lenses)
-    n_terms = len(sums) - 7
-    _, cost, by_all, by_one = explained.tolist()
-    if not any(Tested(cost, by_all, by_one, n_terms, freedom - n_terms).exceed(noise)):
-        return NO_MISFIT
-    norms = np.sqrt(sums.diagonal())
-    for part in (slice(6), slice(8, 11)):
-        # What changes nothing is rounding, in relation to what does.
-        norms[part] = np.maximum(norms[part], SINGLE * norms[part].max())
-    return misfit(sums, 6, freedom, noise, norms=norms)
 
 
 def _likely_difference(found: PoseEstimate, task: PoseTask) -> float:

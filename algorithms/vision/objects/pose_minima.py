@@ -13,7 +13,7 @@ from ...arguments import Reals
 from ...precision import NEGLIGIBLE
 from ..localization import localize
 from ..status import VisionStatus
-from .pose_models import Measurements, ObjectModel, fullest_camera, points_of_camera
+from .pose_models import EXACT, Measurements, ObjectModel, SharedErrors, fullest_camera, points_of_camera
 from .pose_starts import pose_seen_by, quick_starts, thorough_starts
 
 SCALE, REJECTED = 4.0, 5.0
@@ -46,6 +46,8 @@ class PoseTask(NamedTuple):
     is_independent: bool = False
     """Whether errors of pixels are independent, so that what they have in common contradicts the cameras or the model.
     Those of an edge in an image are not: the tracker compares edges and cameras with each other."""
+    shared: SharedErrors = EXACT
+    """How well the cameras and the model are known."""
 
 
 class Minima(NamedTuple):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -155,6 +155,32 @@ class View:
     balls: tuple[ArrayLike, ArrayLike] | None = None
     tubes: tuple[ArrayLike, ArrayLike] | None = None
     rims: tuple[ArrayLike, ArrayLike] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SharedErrors:
+    """How well the cameras and the model are known: standard deviations of errors that all pixels share.
+
+    One camera whose focal length is wrong sees an object at another distance, with nearly the same image. Only who
+    states how well the focal length is known has bounds that hold.
+    """
+
+    focal: float = 0.0
+    """Of the focal lengths of all cameras, which are too large by the same factor: of its logarithm."""
+    distortion: float = 0.0
+    """Of the coefficient k1 of the lenses."""
+    size: float = 0.0
+    """Of the extents of the object along each of its axes: of their logarithms."""
+
+    def __post_init__(self) -> None:
+        """Refuse deviations that are negative or not finite."""
+        for name, value in zip(self.__slots__, astuple(self), strict=True):
+            if not 0 <= value < np.inf:
+                raise ValueError(f"SharedErrors: {name}: {value}; expected a standard deviation, zero or positive")
+
+
+EXACT = SharedErrors()
+"""Cameras and models without errors."""
 
 
 class Pixels(NamedTuple):

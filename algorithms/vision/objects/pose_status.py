@@ -30,5 +30,5 @@ class PoseStatus(Status):
     NOT_FINITE = 10
     """A measurement is infinite."""
     UNEXPLAINED = 11
-    """The distances follow another focal length, a distortion or another size of the object more than noise: a camera
-    or the model is not what it is taken for."""
+    """The distances follow another focal length, a distortion, another size of the object or another place of one of
+    several cameras more than noise: a camera or the model is not what it is taken for."""
