@@ -110,7 +110,9 @@ def _percent(part: int, whole: int) -> str:
 def main(arguments: list[str] | None = None) -> int:
     """Measure, and write the page; arguments are those of the command line, or by default of the process."""
     parser = pages.options("evidence", __doc__, PAGE)
-    parser.add_argument("--only", metavar="NAME", help="measure the rows of one estimator, which replace those of the page")
+    parser.add_argument(
+        "--only", metavar="NAME", help="measure the rows of one estimator, which replace those of the page"
+    )
     options = parser.parse_args(arguments)
     rows = [row for row in ROWS if options.only is None or row.estimator.startswith(f"`{options.only}")]
     if not rows:

@@ -166,7 +166,7 @@ def right_bundles_of_lines(rng: np.random.Generator) -> Trial:
     return _bundle(rng, 1.0, 0.0, 0.0, int(rng.integers(15, 40)))
 
 
-@row("`bundle_adjust`", "the same, a focal length that is wrong by 3 to 30 % and held", slow=True)
+@row("`bundle_adjust`", "the same points and lines, a focal length that is wrong by 3 to 30 % and held", slow=True)
 def bundles_of_lines_and_wrong_focal(rng: np.random.Generator) -> Trial:
     factor = rng.uniform(1.03, 1.3) ** rng.choice([-1, 1])
     return _bundle(rng, factor, 0.0, 0.0, int(rng.integers(15, 40)))

@@ -47,6 +47,9 @@ def row(
 ) -> Callable[..., Callable[[np.random.Generator], Trial]]:
     """Register a function as a row of the page."""
 
+    if any((estimator, scene) == (each.estimator, each.scene) for each in ROWS):
+        raise ValueError(f"{estimator}: {scene!r} is there; expected another scene")
+
     def registered(trial: Callable[[np.random.Generator], Trial]) -> Callable[[np.random.Generator], Trial]:
         ROWS.append(Row(estimator, scene, good, slow, trial))
         return trial
