@@ -93,7 +93,7 @@ def page(found: list[tuple[Row, tuple[int, int, int]]], before: dict[str, list[i
 
 
 def with_rows(text: str, measured: list[str]) -> str:
-    """Return a page with the rows that were measured in place of those of the same scenes, and of new ones at the end."""
+    """Return a page with measured rows in place of those of the same scenes, and with new ones at the end."""
     lines = text.splitlines()
     for row in measured:
         scene = row.split(" | ")[:2]
