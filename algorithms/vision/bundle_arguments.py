@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from generated import pga3
 
-from ..arguments import Reals, listed, real_array
+from ..arguments import Reals, as_given, listed, real_array
 from .bundle_results import Observations
 from .camera import Camera
 
@@ -79,7 +79,7 @@ def checked_table(observations: Table, c: int, m: int) -> tuple[Reals, Reals, Re
         raise ValueError(f"observations: pixels of shape {pixels.shape}; expected (k, 2), x y")
     tables = []
     for name, given, limit in (("cameras", parts[0], c), ("points", parts[1], m)):
-        table = np.asarray(given)
+        table = as_given(given, name)
         if table.size == 0:
             table = np.zeros(table.shape, np.int64)
         if table.dtype.kind not in "iu":
@@ -97,7 +97,7 @@ def checked_fixed(given: ArrayLike | None, n: int, name: str) -> Reals:
     flags = np.zeros(n, bool)
     if given is None:
         return flags
-    table = np.asarray(given)
+    table = as_given(given, name)
     if table.size == 0:
         return flags
     if table.dtype.kind == "b" and table.shape == (n,):
@@ -166,7 +166,7 @@ def checked_lenses(
             )
         lens_of = tables[intrinsics]
     else:
-        lens_of = np.asarray(intrinsics)
+        lens_of = as_given(intrinsics, "intrinsics")
         if lens_of.shape != (c,) or lens_of.dtype.kind not in "iu":
             raise ValueError(f"intrinsics: shape {lens_of.shape}, dtype {lens_of.dtype}; expected ({c},) integers")
         lens_of = np.unique(lens_of, return_inverse=True)[1]

@@ -3,8 +3,11 @@
 The calls of the tests of a session are recorded, one for each function and types of its arguments. Once a case of a
 test has no call of a new kind, its other cases are skipped. After the session each array or list of 2 to 10 numbers is
 replaced by elements of every layout with as many coefficients. Such a call has to raise an error, or the element is of
-a kind whose coefficients the function expects, and results are the same as for the array. What was found is written to
-the file ``$ELEMENTS_FOUND``.
+a kind whose coefficients the function expects, and results are the same as for the array.
+
+Arrays of every size are replaced by masked and complex ones, by texts, times and missing values, which have to raise an
+error, and by the same numbers in arrays of other libraries, which have to raise one or give the same result. What was
+found is written to the file ``$ELEMENTS_FOUND``.
 """
 
 from __future__ import annotations
@@ -18,15 +21,19 @@ import json
 import os
 import pickle
 import pkgutil
+import re
 import sys
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas
 import pytest
+import torch
+import xarray
 
 import algorithms
 from algorithms import elements
@@ -74,6 +81,11 @@ OF_KINDS = {
 """Functions of `algorithms.geometry` that convert elements by their kind, which `tests/geometry` compares."""
 INSIDE = {"pull"}
 """Methods of layers, which networks call with arrays, and which do not read all of their arguments."""
+GIVEN_BY_USERS = re.compile(r"\b(ArrayLike|Samples|Targets)\b")
+"""Annotations of parameters that are converted to arrays; others, such as ``Reals``, are arrays of numpy already."""
+_LABELS = {"y", "labels", "truth", "predicted", "classes"}
+OF_SOME = {"complex": {"shrink", "isphere_wavelet"}, "texts": _LABELS, "times": _LABELS, "missing": _LABELS}
+"""Functions and parameters that may have numbers of this kind, or labels."""
 MOST, LARGEST, KINDS = 10, 1_000_000, 4
 
 Call = tuple[tuple[str, ...], bytes]
@@ -115,20 +127,35 @@ def public() -> Iterator[tuple[Any, str, Any]]:
                 yield from ((module, name, getattr(module, name)) for name in getattr(module, "__all__", ()))
 
 
-def record() -> None:
-    """Replace public functions and methods, inherited ones included, by ones that record their calls."""
+def replaced() -> Iterator[tuple[str, str, str]]:
+    """Return the module, name and method of public functions and of methods, each once, inherited ones included."""
     seen = set()
-    for module, name, value in list(public()):
+    for module, name, value in public():
         if inspect.isfunction(value):
-            setattr(module, name, recorded(value, (module.__name__, name, "")))
-        elif inspect.isclass(value):
-            for base in value.__mro__:
-                if base in seen or not base.__module__.startswith("algorithms."):
-                    continue
+            yield module.__name__, name, ""
+        for base in value.__mro__ if inspect.isclass(value) else ():
+            if base not in seen and base.__module__.startswith("algorithms."):
                 seen.add(base)
                 for word, method in list(vars(base).items()):
-                    if inspect.isfunction(method) and not word.startswith("_"):
-                        setattr(base, word, recorded(method, (module.__name__, name, word)))
+                    is_method = inspect.isfunction(method) or isinstance(method, (classmethod, staticmethod))
+                    if is_method and not word.startswith("_"):
+                        yield module.__name__, name, word
+
+
+def record() -> None:
+    """Replace public functions and methods by ones that record their calls."""
+    for key in list(replaced()):
+        module, name, word = key
+        place = importlib.import_module(module)
+        if not word:
+            setattr(place, name, recorded(getattr(place, name), key))
+            continue
+        owner = next(base for base in getattr(place, name).__mro__ if word in vars(base))
+        method = vars(owner)[word]
+        if inspect.isfunction(method):
+            setattr(owner, word, recorded(method, key))
+        else:
+            setattr(owner, word, type(method)(recorded(method.__func__, key)))
 
 
 def strangers(array: Any) -> Iterator[Any]:
@@ -156,6 +183,39 @@ def numbers(value: Any) -> Any:
     return array.astype(float) if 2 <= array.shape[-1] <= MOST else None
 
 
+def array_of(value: Any) -> Any:
+    """Return an argument as an array of real numbers, or None if it is not one."""
+    try:
+        array = np.asarray(value) if isinstance(value, (np.ndarray, list, tuple)) else None
+    except ValueError:
+        return None
+    return array if array is not None and array.dtype.kind in "fiu" and array.size and array.ndim else None
+
+
+def unusable(array: Any) -> Iterator[tuple[str, Any]]:
+    """Return arrays that have no meaning as real numbers; the first number of some has none."""
+    first = np.zeros(array.shape, bool)
+    first.flat[0] = True
+    yield "masked", np.ma.masked_array(array, first)
+    yield "masked in a list", [np.ma.masked_array(array, first)[0], *array[1:]] if array.ndim > 1 else [np.ma.masked]
+    yield "complex", array + first * 1j
+    yield "texts", array.astype(str)
+    yield "times", np.abs(array).astype(int).astype("m8[s]")
+    yield "missing", np.where(first, None, array.astype(object))
+
+
+def of_others(array: Any) -> Iterator[tuple[str, Any]]:
+    """Return the same numbers in arrays of other libraries, and in arrays that cannot be changed."""
+    yield "xarray", xarray.DataArray(array)
+    yield "torch", torch.tensor(np.ascontiguousarray(array))
+    if array.ndim < 3:
+        yield "pandas", (pandas.Series, pandas.DataFrame)[array.ndim - 1](array)
+    fixed = np.asfortranarray(array).copy("K")
+    fixed.setflags(write=False)
+    yield "read-only", fixed
+    yield "other bytes", array.astype(array.dtype.newbyteorder(">"))
+
+
 def flat(result: Any) -> list[Any]:
     """Return all numbers of a result."""
     if hasattr(result, "stored"):
@@ -177,48 +237,102 @@ def equal(one: Any, other: Any) -> bool:
     )
 
 
+class Again:
+    """A recorded call of a function, which can be repeated with another value of one argument."""
+
+    def __init__(self, key: tuple[str, str, str], data: bytes) -> None:
+        self.name = ".".join(key).rstrip(".")
+        self.function = original(*key)
+        self.parameters = list(inspect.signature(self.function).parameters.values())
+        self.data = data
+        self.result = self()
+        self.is_repeatable = equal(self(), self.result)
+
+    def __call__(self, place: Any = None, value: Any = None) -> Any:
+        args, named = pickle.loads(self.data)
+        args = list(args)
+        if place is not None:
+            (args if isinstance(place, int) else named)[place] = value
+        return self.function(*args, **named)
+
+    def arguments(self) -> Iterator[tuple[Any, inspect.Parameter, Any]]:
+        """Return the places, parameters and values of all arguments."""
+        args, named = pickle.loads(self.data)
+        for place, value in [*enumerate(args), *named.items()]:
+            is_given = lambda k, each, place=place: (  # noqa: E731
+                each.name == place or k == place or (each.kind is each.VAR_POSITIONAL and place.__class__ is int)
+            )
+            yield place, next(each for k, each in enumerate(self.parameters) if is_given(k, each)), value
+
+    def gives(self, place: Any, value: Any) -> str:
+        """Return "error", "same" or "other", which is the result with this value."""
+        try:
+            found = self(place, value)
+        except Exception:
+            return "error"
+        return "same" if equal(found, self.result) or not self.is_repeatable else "other"
+
+
+def original(module: str, name: str, method: str) -> Callable[..., Any]:
+    """Return a function before it was replaced by one that records its calls."""
+    owner = getattr(importlib.import_module(module), name)
+    function = inspect.getattr_static(owner, method) if method else owner
+    function = getattr(function, "__func__", function)
+    return ORIGINAL.get(function, function)
+
+
+def calls() -> Iterator[tuple[tuple[str, str, str], Again]]:
+    """Return the recorded calls that succeed again."""
+    for key, found in RECORDED.items():
+        for _, data in found:
+            with contextlib.suppress(Exception):
+                yield key, Again(key, data)
+
+
 def examined() -> dict[str, Any]:
-    """Call the recorded functions with elements, and return what was accepted wrongly."""
-    pairs, wrong = set(), []
-    for (module, name, method), calls in RECORDED.items():
-        if name in OF_KINDS or method in INSIDE:
-            continue
-        owner = getattr(importlib.import_module(module), name)
-        function = getattr(owner, method) if method else owner
-        function = ORIGINAL.get(function, function)
-        parameters = list(inspect.signature(function).parameters.values())
-        several = next((k for k, each in enumerate(parameters) if each.kind is each.VAR_POSITIONAL), len(parameters))
-        for _, data in calls:
-            args, kwargs = pickle.loads(data)
-            try:
-                expected = function(*args, **kwargs)
-                again = function(*pickle.loads(data)[0], **pickle.loads(data)[1])
-            except Exception:
-                continue
-            for place, value in [*enumerate(args), *kwargs.items()]:
-                array = numbers(value)
-                if array is None:
-                    continue
-                parameter = parameters[min(place, several)].name if isinstance(place, int) else place
-                pairs.add((module, name, method, parameter))
+    """Call the recorded functions with elements and with other arrays, and return what was accepted wrongly."""
+    pairs, arrays, wrong = set(), set(), []
+    for key, call in calls():
+        _, name, method = key
+        for place, parameter, value in call.arguments():
+            array = numbers(value)
+            if array is not None and name not in OF_KINDS and method not in INSIDE:
+                pairs.add((*key, parameter.name))
                 for element in strangers(array):
-                    given, named = pickle.loads(data)
-                    given = list(given)
-                    (given if isinstance(place, int) else named)[place] = element
-                    try:
-                        found = function(*given, **named)
-                    except Exception:
-                        continue
-                    layout = element.layout
-                    is_meant = layout.name != "POINT" or parameter in POINTS
-                    same = (
-                        is_meant
-                        and (layout.algebra.name, *layout.blades) in SAME
-                        and (equal(found, expected) or not equal(again, expected))
-                    )
-                    if not same:
-                        wrong.append([f"{module}.{name}.{method}".rstrip("."), parameter, str(layout)])
-    return {"pairs": Counter(module.split(".")[1] for module, *_ in pairs), "wrong": wrong}
+                    layout, found = element.layout, call.gives(place, element)
+                    is_meant = layout.name != "POINT" or parameter.name in POINTS
+                    is_meant &= (layout.algebra.name, *layout.blades) in SAME
+                    if found != "error" and not (is_meant and found == "same"):
+                        wrong.append([call.name, parameter.name, str(layout)])
+            array = array_of(value)
+            which = (*key, parameter.name)
+            if array is None or which in arrays or not GIVEN_BY_USERS.search(str(parameter.annotation)):
+                continue
+            arrays.add(which)
+            for kind, other in unusable(array):
+                is_known = kind in OF_SOME and {name, method, parameter.name} & OF_SOME[kind]
+                if not is_known and call.gives(place, other) != "error":
+                    wrong.append([call.name, parameter.name, kind])
+            for kind, other in of_others(array):
+                if call.gives(place, other) == "other":
+                    wrong.append([call.name, parameter.name, kind])
+    return {
+        "pairs": Counter(module.split(".")[1] for module, *_ in pairs),
+        "wrong": wrong,
+        "arrays": [list(each[:3]) for each in arrays],
+    }
+
+
+def missed(examined_ones: Iterable[Sequence[str]]) -> list[str]:
+    """Return the public functions and methods with parameters that are converted to arrays, but for the given ones."""
+    known = {original(*key) for key in examined_ones}
+    found = []
+    for key in replaced():
+        function = original(*key)
+        parameters = inspect.signature(function).parameters.values()
+        if function not in known and any(GIVEN_BY_USERS.search(str(each.annotation)) for each in parameters):
+            found.append(".".join(key).rstrip("."))
+    return found
 
 
 @pytest.hookimpl(hookwrapper=True)
