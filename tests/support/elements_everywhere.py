@@ -13,6 +13,7 @@ found is written to the file ``$ELEMENTS_FOUND``.
 from __future__ import annotations
 
 import contextlib
+import copy
 import dataclasses
 import functools
 import importlib
@@ -53,26 +54,11 @@ SAME = {(each.algebra, *each.blades) for each in (
 }  # fmt: skip
 """Algebras and blades of the elements whose coefficients are the numbers that functions of arrays take."""
 POINTS = {
-    *(
-        "a",
-        "b",
-        "apex",
-        "at",
-        "centre",
-        "contacts",
-        "directrix",
-        "end",
-        "ends",
-        "entity",
-        "first",
-        "found",
-        "images",
-        "measured",
-    ),
-    *("model", "origins", "p", "pan", "partners", "pixels", "place", "places", "planes", "point", "points"),
-    *("points_or_mask", "samples", "second", "seen", "simplex", "source", "start", "starts", "target", "third", "tilt"),
-    *("vertices", "viewpoint", "views", "walls"),
-}
+    *("a", "b", "apex", "at", "centre", "contacts", "directrix", "end", "ends", "entity", "first", "found"),
+    *("images", "landmarks", "left", "measured", "model", "origins", "p", "pan", "partners", "pixels", "place"),
+    *("places", "planes", "point", "points", "points_or_mask", "right", "samples", "second", "seen", "simplex"),
+    *("source", "start", "starts", "target", "third", "tilt", "vertices", "viewpoint", "views", "walls"),
+}  # fmt: skip
 """Parameters that may be points; points for all others, such as angles and colours, are wrong."""
 OF_KINDS = {
     *("distance", "angle", "meet", "project", "versor_between", "similarity_between"),
@@ -84,11 +70,16 @@ INSIDE = {"pull"}
 GIVEN_BY_USERS = re.compile(r"\b(ArrayLike|Samples|Targets)\b")
 """Annotations of parameters that are converted to arrays; others, such as ``Reals``, are arrays of numpy already."""
 _LABELS = {"y", "labels", "truth", "predicted", "classes"}
-OF_SOME = {"complex": {"shrink", "isphere_wavelet"}, "texts": _LABELS, "times": _LABELS, "missing": _LABELS}
+OF_SOME = {
+    "complex": {"shrink", "isphere_wavelet", "dirac_spinors", "transport", *_LABELS},
+    "texts": _LABELS,
+    "times": _LABELS,
+    "missing": _LABELS,
+}
 """Functions and parameters that may have numbers of this kind, or labels."""
 MOST, LARGEST, KINDS = 10, 1_000_000, 4
 
-Call = tuple[tuple[str, ...], bytes]
+Call = tuple[tuple[str, ...], Any]
 RECORDED: dict[tuple[str, str, str], list[Call]] = {}
 ORIGINAL: dict[Any, Callable[..., Any]] = {}
 """What functions that record their calls run, which converts elements."""
@@ -134,12 +125,12 @@ def replaced() -> Iterator[tuple[str, str, str]]:
         if inspect.isfunction(value):
             yield module.__name__, name, ""
         for base in value.__mro__ if inspect.isclass(value) else ():
-            if base not in seen and base.__module__.startswith("algorithms."):
-                seen.add(base)
-                for word, method in list(vars(base).items()):
-                    is_method = inspect.isfunction(method) or isinstance(method, (classmethod, staticmethod))
-                    if is_method and not word.startswith("_"):
-                        yield module.__name__, name, word
+            for word, method in list(vars(base).items()) if base.__module__.startswith("algorithms.") else ():
+                is_method = inspect.isfunction(method) or isinstance(method, (classmethod, staticmethod))
+                is_used = inspect.getattr_static(value, word) is method and (base, word) not in seen
+                if is_method and is_used and not word.startswith("_"):
+                    seen.add((base, word))
+                    yield module.__name__, name, word
 
 
 def record() -> None:
@@ -221,7 +212,7 @@ def flat(result: Any) -> list[Any]:
     if hasattr(result, "stored"):
         return [np.asarray(result.stored[0])]
     if dataclasses.is_dataclass(result) and not isinstance(result, type):
-        result = [getattr(result, each.name) for each in dataclasses.fields(result)]
+        result = [getattr(result, each.name) for each in dataclasses.fields(result) if each.repr]
     if isinstance(result, (list, tuple)):
         return [number for each in result for number in flat(each)]
     return [result] if isinstance(result, (np.ndarray, float, int, np.generic)) else []
@@ -240,7 +231,7 @@ def equal(one: Any, other: Any) -> bool:
 class Again:
     """A recorded call of a function, which can be repeated with another value of one argument."""
 
-    def __init__(self, key: tuple[str, str, str], data: bytes) -> None:
+    def __init__(self, key: tuple[str, str, str], data: Any) -> None:
         self.name = ".".join(key).rstrip(".")
         self.function = original(*key)
         self.parameters = list(inspect.signature(self.function).parameters.values())
@@ -248,8 +239,12 @@ class Again:
         self.result = self()
         self.is_repeatable = equal(self(), self.result)
 
+    def given(self) -> Any:
+        """Return new copies of the arguments, of which some calls change what they contain."""
+        return pickle.loads(self.data) if isinstance(self.data, bytes) else copy.deepcopy(self.data)
+
     def __call__(self, place: Any = None, value: Any = None) -> Any:
-        args, named = pickle.loads(self.data)
+        args, named = self.given()
         args = list(args)
         if place is not None:
             (args if isinstance(place, int) else named)[place] = value
@@ -257,12 +252,14 @@ class Again:
 
     def arguments(self) -> Iterator[tuple[Any, inspect.Parameter, Any]]:
         """Return the places, parameters and values of all arguments."""
-        args, named = pickle.loads(self.data)
-        for place, value in [*enumerate(args), *named.items()]:
-            is_given = lambda k, each, place=place: (  # noqa: E731
-                each.name == place or k == place or (each.kind is each.VAR_POSITIONAL and place.__class__ is int)
-            )
-            yield place, next(each for k, each in enumerate(self.parameters) if is_given(k, each)), value
+        args, named = self.given()
+        kinds = [each.kind for each in self.parameters]
+        last = kinds.index(inspect.Parameter.VAR_POSITIONAL) if inspect.Parameter.VAR_POSITIONAL in kinds else None
+        for k, value in enumerate(args):
+            yield k, self.parameters[k if last is None else min(k, last)], value
+        by_name = {each.name: each for each in self.parameters}
+        for name, value in named.items():
+            yield name, by_name.get(name, self.parameters[-1]), value
 
     def gives(self, place: Any, value: Any) -> str:
         """Return "error", "same" or "other", which is the result with this value."""
