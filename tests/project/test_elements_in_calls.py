@@ -10,7 +10,7 @@ import elements_everywhere
 import numpy as np
 import pytest
 
-from algorithms import estimation, fuzzy, learning, mapping, shapes, vision, wavelets
+from algorithms import calculus, estimation, fuzzy, gestures, learning, mapping, shapes, vision, wavelets
 from algorithms.kinematics import Robot
 from algorithms.kinematics.collisions import capsule_obstacle, mesh_obstacle, plane_obstacle
 
@@ -87,6 +87,11 @@ def same(x: Any) -> Any:
     return x
 
 
+def vectors(x: Any) -> Any:
+    """The field x of vectors in the plane, with all blades."""
+    return calculus.embed(x, 2, 1)
+
+
 def still(_: float) -> Any:
     return np.zeros(3)
 
@@ -118,8 +123,12 @@ def rectified() -> vision.Rectification:
 TRIFOCAL = vision.trifocal_tensor(*CAMERAS[:3])
 PAIR = vision.RectifiedPair(700.0, (320.0, 240.0), 2.0, 0.12)
 IMAGE = np.hypot(*(np.mgrid[:40, :50] - np.array([20, 25])[:, None, None])) < 12
+HANDS = RNG.integers(0, 255, (4, 40, 40))
 NETWORK = learning.Network([learning.Linear(2)], "G(3)")
 FURTHER: dict[str, Callable[[], tuple[Any, ...]]] = {
+    "calculus.cauchy_integral": lambda: (
+        calculus.box_mesh((2, 2), np.ones(2)).boundary(), vectors, np.full((3, 2), 0.5), 4
+    ),
     "calculus.dirac_spinors": lambda: (np.arange(8.0).reshape(2, 4),),
     "calculus.precess": lambda: (np.array([1.0, 0, 0, 0]), still, np.arange(3.0)),
     "estimation.ExtendedKalmanFilter.predict": lambda: (
@@ -139,6 +148,8 @@ FURTHER: dict[str, Callable[[], tuple[Any, ...]]] = {
     "fuzzy.FuzzySet.membership": lambda: (fuzzy.FuzzySet("low", "triangle", (0, 1, 2)), np.arange(4.0)),
     "fuzzy.Mamdani.cuts": lambda: (fuzzy.grasp_controller(), np.zeros((2, len(fuzzy.grasp_controller().inputs)))),
     "fuzzy.Mamdani.strengths": lambda: (fuzzy.grasp_controller(), np.zeros((2, len(fuzzy.grasp_controller().inputs)))),
+    "gestures.HandClassifier.predict": lambda: (gestures.train_hands(HANDS, [0, 0, 1, 1]), HANDS),
+    "gestures.train_hands": lambda: (HANDS, np.array([0, 0, 1, 1])),
     "kinematics.Robot.with_armature": lambda: (ARM, np.ones(6)),
     "kinematics.Robot.with_limits": lambda: (ARM, np.tile([-1.0, 1], (6, 1))),
     "kinematics.collisions.MeshObstacle.moved": lambda: (MESH, MOTOR),
@@ -169,6 +180,7 @@ FURTHER: dict[str, Callable[[], tuple[Any, ...]]] = {
     "mapping.stereo_points": lambda: (PAIR, np.array([[300.0, 200], [310, 300]]), np.array([10.0, 12]), MOTOR),
     "motors.nlerp": lambda: (MOTOR, np.array([np.cos(0.3), np.sin(0.3), 0, 0, 0, 0, 0, 0]), np.linspace(0, 1, 3)),
     "motors.sclerp": lambda: (MOTOR, np.array([np.cos(0.3), np.sin(0.3), 0, 0, 0, 0, 0, 0]), np.linspace(0, 1, 3)),
+    "registration.separate_motions": lambda: (SPHERE, SPHERE + 0.1),
     "shapes.SphereRegistration.unwarp": lambda: (pair_of_spheres(), POINTS),
     "shapes.SphereRegistration.warp_balls": lambda: (pair_of_spheres(), np.c_[POINTS, np.ones(12)]),
     "shapes.contour": lambda: (IMAGE.astype(float),),

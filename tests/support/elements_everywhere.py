@@ -350,7 +350,9 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 def pytest_sessionfinish() -> None:
     """Write what was found."""
     warnings.simplefilter("ignore")
-    Path(os.environ["ELEMENTS_FOUND"]).write_text(json.dumps(examined()))
+    found = examined()
+    found["missed"] = missed([tuple(key) for key in found["arrays"]])
+    Path(os.environ["ELEMENTS_FOUND"]).write_text(json.dumps(found))
 
 
 def pytest_configure() -> None:
