@@ -13,6 +13,7 @@ import pytest
 from algorithms import calculus, estimation, fuzzy, gestures, learning, mapping, shapes, vision, wavelets
 from algorithms.kinematics import Robot
 from algorithms.kinematics.collisions import capsule_obstacle, mesh_obstacle, plane_obstacle
+from algorithms.vision import objects
 
 RNG = np.random.default_rng(3)
 POINTS = RNG.normal(size=(12, 3))
@@ -123,6 +124,7 @@ def rectified() -> vision.Rectification:
 TRIFOCAL = vision.trifocal_tensor(*CAMERAS[:3])
 PAIR = vision.RectifiedPair(700.0, (320.0, 240.0), 2.0, 0.12)
 IMAGE = np.hypot(*(np.mgrid[:40, :50] - np.array([20, 25])[:, None, None])) < 12
+SOUND = 1 + np.cos(np.add.outer(np.arange(40.0), 0.3 * np.arange(20.0)))
 HANDS = RNG.integers(0, 255, (4, 40, 40))
 NETWORK = learning.Network([learning.Linear(2)], "G(3)")
 FURTHER: dict[str, Callable[[], tuple[Any, ...]]] = {
@@ -186,8 +188,18 @@ FURTHER: dict[str, Callable[[], tuple[Any, ...]]] = {
     "shapes.contour": lambda: (IMAGE.astype(float),),
     "shapes.neural_gas_of_image": lambda: (IMAGE.astype(float), 20),
     "shapes.warp_volume": lambda: (CUBE.astype(float), pair_of_spheres(), (6, 6, 6)),
+    "speech.vowel_features": lambda: (SOUND,),
+    "speech.word_features": lambda: (SOUND,),
+    "speech.word_image": lambda: (SOUND,),
+    "speech.word_quaternions": lambda: (SOUND,),
+    "vision.OmnidirectionalCamera.from_intrinsics": lambda: (
+        vision.OmnidirectionalCamera, (500.0, 500.0), (320.0, 240.0), 0.5, MOTOR
+    ),
     "vision.Rectification.image": lambda: (rectified(), np.ones((20, 30)), 0),
     "vision.epipoles_of_tensor": lambda: (TRIFOCAL,),
+    "vision.objects.Scene.with_pose": lambda: (
+        objects.Scene((), (objects.SceneObject("one", objects.ObjectModel.of(POINTS), MOTOR),)), "one", MOTOR
+    ),
     "vision.trifocal_tensor": lambda: tuple(CAMERAS[:3]),
     "wavelets.isphere_wavelet": lambda: (np.ones(3), SPHERE[:5], sphere_samples()[2]),
     "wavelets.sphere_wavelet": sphere_samples,
