@@ -268,7 +268,7 @@ def _deviation(sigma: float) -> float:
     return noise
 
 
-def _threshold(value: ArrayLike | None, name: str, values: NDArray[Any]) -> Reals:
+def _threshold(value: Any, name: str, values: NDArray[Any]) -> Reals:
     array = real_array(value, name)
     if not (array >= 0).all() or not np.isfinite(array).all():
         raise ValueError(f"{name}: {array.min()}; expected finite numbers, 0 or more")

@@ -197,7 +197,8 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         ZeroDivisorError
             If this is a single element without an inverse up to rounding: a null vector, a zero divisor, or 0.
         """
-        return inverted(self, _INVERSE[0], wrap, self._numbers() if is_single(type(self)) else None)
+        x: Any = self
+        return inverted(x, _INVERSE[0], wrap, x._numbers() if is_single(type(x)) else None)
 
     def __pow__(self, exponent: Numbers) -> Self:
         """Return a product of equal factors; a negative integer exponent gives a power of the inverse."""
@@ -207,8 +208,11 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
             return self.power(exponent)
         if n < 0:
             return self.inverse() ** -n
-        if n < 2:
-            return self if n else wrap(SCALAR, np.ones(self.shape)) if self.shape else Scalar(1.0)
+        if n == 1:
+            return self
+        if n == 0:
+            one: Any = wrap(SCALAR, np.ones(self.shape)) if self.shape else Scalar(1.0)
+            return one
         if n <= LARGEST_POWER:
             operated: Self = self._operate(f"**{n}", self)
             return operated

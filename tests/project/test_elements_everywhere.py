@@ -65,6 +65,7 @@ ELSEWHERE = {
     "grasping.plan_grasps_in_view": "large images",
     "kinematics.FloatingRobot.inverse": "refuses all poses",
     "kinematics.FloatingRobot.view": "draws",
+    "kinematics.FloatingRobot.with_base": "refuses all bases",
     "kinematics.collisions.Obstacle.moved": "abstract",
     "kinematics.inverse.self_motions": "as Robot.self_motions",
     "mapping.build_map": "scans",
