@@ -17,6 +17,7 @@ import copy
 import dataclasses
 import functools
 import importlib
+import importlib.util
 import inspect
 import json
 import os
@@ -31,10 +32,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas
 import pytest
-import torch
-import xarray
 
 import algorithms
 from algorithms import elements
@@ -77,6 +75,10 @@ OF_SOME = {
     "missing": _LABELS,
 }
 """Functions and parameters that may have numbers of this kind, or labels."""
+XARRAY, TORCH, PANDAS = (
+    importlib.import_module(name) if importlib.util.find_spec(name) else None for name in ("xarray", "torch", "pandas")
+)
+"""Other libraries with arrays, which only the peers need."""
 MOST, LARGEST, KINDS = 10, 1_000_000, 4
 
 Call = tuple[tuple[str, ...], Any]
@@ -197,10 +199,12 @@ def unusable(array: Any) -> Iterator[tuple[str, Any]]:
 
 def of_others(array: Any) -> Iterator[tuple[str, Any]]:
     """Return the same numbers in arrays of other libraries, and in arrays that cannot be changed."""
-    yield "xarray", xarray.DataArray(array)
-    yield "torch", torch.tensor(np.ascontiguousarray(array))
-    if array.ndim < 3:
-        yield "pandas", (pandas.Series, pandas.DataFrame)[array.ndim - 1](array)
+    if XARRAY:
+        yield "xarray", XARRAY.DataArray(array)
+    if TORCH:
+        yield "torch", TORCH.tensor(np.ascontiguousarray(array))
+    if PANDAS and array.ndim < 3:
+        yield "pandas", (PANDAS.Series, PANDAS.DataFrame)[array.ndim - 1](array)
     fixed = np.asfortranarray(array).copy("K")
     fixed.setflags(write=False)
     yield "read-only", fixed
@@ -274,8 +278,8 @@ def original(module: str, name: str, method: str) -> Callable[..., Any]:
     """Return a function before it was replaced by one that records its calls."""
     owner = getattr(importlib.import_module(module), name)
     function = inspect.getattr_static(owner, method) if method else owner
-    function = getattr(function, "__func__", function)
-    return ORIGINAL.get(function, function)
+    plain: Callable[..., Any] = getattr(function, "__func__", function)
+    return ORIGINAL.get(plain, plain)
 
 
 def calls() -> Iterator[tuple[tuple[str, str, str], Again]]:
