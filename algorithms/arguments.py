@@ -78,6 +78,19 @@ def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning
     return array.astype(_FLOAT32 if array.dtype.kind == "f" and array.dtype.itemsize == 4 else _FLOAT64, copy=False)
 
 
+def as_given(value: Any, name: str) -> NDArray[Any]:
+    """Convert `value` to an array of its own type, for labels, indices, flags and complex numbers.
+
+    Raises
+    ------
+    TypeError
+        If it is a multivector, or a list with one.
+    ValueError
+        If it is a masked array with masked elements, or a list with such arrays.
+    """
+    return np.asarray(unmasked(coordinates(value, name), name))
+
+
 def unmasked(value: Any, name: str) -> Any:
     """Return `value` if it has no masked numbers, which numpy would convert to what is behind the mask.
 

@@ -6,6 +6,11 @@ the cost before a step. What is less than that part may be rounding errors.
 
 from __future__ import annotations
 
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
 TINY = 1e-300
 """From floating point: about the least number with all its digits. Added to a divisor, it prevents a division by 0."""
 HUGE = 1e300
@@ -24,3 +29,8 @@ ROOT = 1e-7
 """From floating point: the root of a rounding error, by which double roots and solutions that coincide differ."""
 SINGLE = 1e-6
 """From floating point: rounding errors of single precision, of a few operations on numbers of equal size."""
+
+
+def rounding_of(*arrays: NDArray[Any], part: float = ROUNDING) -> float:
+    """Return the part of numbers that may be rounding: at least `SINGLE` if an array is in single precision."""
+    return max(part, SINGLE) if any(array.dtype == np.float32 for array in arrays) else part

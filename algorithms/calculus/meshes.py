@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import real_array
+from ..arguments import as_given, real_array
 from .minors import LARGEST, wedge_rows
 from .products import embed, product_of
 
@@ -44,7 +44,7 @@ class SimplicialMesh:
 
     def __init__(self, points: ArrayLike, cells: ArrayLike, weights: ArrayLike | None = None) -> None:
         array = real_array(points, "points", (-1, -1), "points").astype(np.float64, copy=False)
-        corners = np.asarray(cells)
+        corners = as_given(cells, "cells")
         if array.ndim != 2 or not 1 <= array.shape[1] <= LARGEST or not np.isfinite(array).all():
             raise ValueError(f"points: shape {array.shape}; expected (V, n), finite, n from 1 to {LARGEST}")
         if corners.dtype.kind not in "iu" or corners.ndim != 2 or not 1 <= corners.shape[1] <= array.shape[1] + 1:
@@ -58,7 +58,7 @@ class SimplicialMesh:
         double = (np.diff(ascending, axis=1) == 0).any(1)
         if double.any():
             raise ValueError(f"cells: {int(np.argmax(double))} has a point twice; expected different ones")
-        counts = np.ones(len(corners), np.int64) if weights is None else np.asarray(weights)
+        counts = np.ones(len(corners), np.int64) if weights is None else as_given(weights, "weights")
         if counts.dtype.kind not in "iu" or counts.shape != (len(corners),):
             raise ValueError(f"weights: shape {counts.shape}, {counts.dtype}; expected ({len(corners)},) whole numbers")
         object.__setattr__(self, "points", array)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from generated import pga3
 
-from ..arguments import Reals, finite, real_array
+from ..arguments import Reals, as_given, finite, real_array
 from ..elements import LINE, MOTOR, PLANE, POINT, Layouts, plain
 from ..precision import SINGLE
 from .inertial import InertialSum
@@ -315,7 +315,7 @@ def _made(
     """Return factors from data with their numbers of axes, after one for factors or none."""
     numbers = [_numbers(each) for each in states]
     spread = _covariances(covariance, kind.n_numbers, "covariance")
-    flags = np.asarray(robust)
+    flags = as_given(robust, "robust")
     if flags.dtype != np.bool_:
         raise TypeError(f"robust: dtype {flags.dtype}; expected bool")
     leading = [each.shape for each in numbers] + [value.shape[: value.ndim - axes] for value, axes in data]
@@ -356,7 +356,7 @@ def checked_motors(value: ArrayLike, name: str) -> Reals:
 
 
 def _numbers(value: ArrayLike) -> Reals:
-    numbers = np.asarray(value)
+    numbers = as_given(value, "states")
     if numbers.dtype.kind not in "iu" or numbers.ndim > 1:
         raise TypeError(f"states: shape {numbers.shape}, dtype {numbers.dtype}; expected whole numbers, one or (m,)")
     if (numbers < 0).any():

@@ -134,8 +134,8 @@ class MotorSmoother(MotorGraph):
         newest = self._times[-1] if len(self._times) else at
         if at < newest - self._lag:
             raise ValueError(f"time: {at}; expected at least {newest - self._lag}, the lag before the newest state")
-        rows = (None if value is None else np.asarray(value)[None] for value in (velocity, bias))
-        new = checked_start(np.asarray(motor)[None], *rows)
+        rows: Any = [None if value is None else [value] for value in (motor, velocity, bias)]
+        new = checked_start(*rows)
         place = int(np.searchsorted(self._times, at, "right"))
         number, self._n_added = self._n_added, self._n_added + 1
         self._times = np.insert(self._times, place, at)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from generated import pga3
 
-from ..arguments import Reals, finite, finite_number, real_array
+from ..arguments import Reals, as_given, finite, finite_number, real_array
 from ..evidence.descent import Descent
 from .motor_factors import States
 from .motor_graph import MotorGraph, checked_motors
@@ -159,7 +159,8 @@ def checked_states(states: ArrayLike, n: int, name: str) -> Reals:
     ValueError
         If it is none.
     """
-    numbers = np.asarray(states, np.int64).reshape(-1) if np.size(states) == 0 else np.asarray(states)
+    numbers = as_given(states, name)
+    numbers = numbers.astype(np.int64).reshape(-1) if numbers.size == 0 else numbers
     if numbers.ndim != 1 or numbers.dtype.kind not in "iu" or not ((numbers >= 0) & (numbers < n)).all():
         raise ValueError(f"{name}: {numbers}; expected a list of states, 0 to {n - 1}")
     return numbers

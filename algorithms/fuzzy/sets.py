@@ -131,19 +131,19 @@ class FuzzySet:
                 raise ValueError(f"{where}: {names[k]} {numbers[k]}; expected a positive number")
         object.__setattr__(self, "parameters", numbers)
 
-    def membership(self, x: Reals) -> Reals:
+    def membership(self, x: ArrayLike) -> Reals:
         """Evaluate the membership.
 
         Parameters
         ----------
-        x : array, (...)
+        x : array_like, (...)
 
         Returns
         -------
         array, (...)
             From 0 to 1.
         """
-        return MEMBERSHIPS[self.kind][0](np.asarray(x, float), *self.parameters)
+        return MEMBERSHIPS[self.kind][0](real_array(x, "x"), *self.parameters)
 
 
 @dataclass(frozen=True)

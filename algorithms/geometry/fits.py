@@ -35,8 +35,9 @@ from .kinds import named
 
 STEPS = 30
 """Maximum number of Gauss-Newton steps."""
-ROUNDING = 8 * float(np.finfo(np.float64).eps)
-"""Points are considered equal if the ratio of their spread and their distance from the origin is below this."""
+_ROUNDINGS = 8
+"""From floating point: points are considered equal if the ratio of their spread and their distance from the origin is
+below this number of rounding errors."""
 _METRIC = np.array([[1.0, 0, 0, 0, 0], [0, 1, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 0, 0, -1], [0, 0, 0, -1, 0]])
 """Inner products of e1 e2 e3 e0 einf; its own inverse."""
 
@@ -246,8 +247,16 @@ def _fitted_circle(places: Reals, scaled: Reals, size: Reals, state: Reals, wide
     return Fitted(off, jacobian, np.stack([c, s], -1), parts, extents, rounding, True, thickness, radius, 5)
 
 
-def enough_points(points: ArrayLike, least: int, is_round: bool = False) -> Reals:
-    """Validate points and copy them in double precision. Raise an error if there are fewer than `least`.
+def enough_points(points: ArrayLike, least: int, is_round: bool = False) -> tuple[Reals, float]:
+    """Validate points and copy them in double precision, with the part of them that may be rounding.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than `least`.
+
+    Notes
+    -----
 
     What is computed later, such as the status of a fit, needs points that nobody changes. Coefficients of round objects
     are squares and cubes of coordinates, which may overflow.
@@ -257,7 +266,7 @@ def enough_points(points: ArrayLike, least: int, is_round: bool = False) -> Real
         moderate(places.reshape(-1, 3), "points")
     if places.shape[-2] < least:
         raise ValueError(f"points: {places.shape[-2]} points; expected at least {least}")
-    return places.astype(np.float64)
+    return places.astype(np.float64), _ROUNDINGS * float(np.finfo(places.dtype).eps)
 
 
 def _spread(points: ArrayLike, least: int, is_round: bool = False) -> tuple[Reals, Reals, Reals, Reals]:
@@ -265,12 +274,12 @@ def _spread(points: ArrayLike, least: int, is_round: bool = False) -> tuple[Real
 
     Mean squares of the size of rounding errors of the coordinates are set to 0.
     """
-    places = enough_points(points, least, is_round)
+    places, part = enough_points(points, least, is_round)
     centre = places.mean(-2)
     rows: Reals = np.asarray(np.linalg.qr(places - centre[..., None, :], mode="r"))
     _, roots, axes = np.linalg.svd(np.concatenate([rows, np.zeros_like(rows)], -2)[..., :4, :], full_matrices=False)
     values = roots[..., ::-1] ** 2 / places.shape[-2]
-    rounding = ROUNDING**2 * np.mean(np.sum(places**2, -1), -1)
+    rounding = part**2 * np.mean(np.sum(places**2, -1), -1)
     values = np.where(values > rounding[..., None], values, 0)
     return places, centre, values, np.swapaxes(axes[..., ::-1, :], -1, -2)
 

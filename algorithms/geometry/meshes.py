@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from generated import pga3
 
-from ..arguments import Reals, finite, moderate, real_array
+from ..arguments import Reals, as_given, finite, moderate, real_array
 from ..precision import NEGLIGIBLE
 
 PAIRS = 1 << 18
@@ -68,7 +68,7 @@ def hit_mesh(origins: ArrayLike, directions: ArrayLike, vertices: ArrayLike, fac
     starts = real_array(origins, "origins", (3,), "points")
     along = real_array(directions, "directions", (3,), "directions")
     corners = finite(real_array(vertices, "vertices", (-1, 3), "vertices as rows"), "vertices")
-    numbers = np.asarray(faces)
+    numbers = as_given(faces, "faces")
     if corners.ndim != 2:
         raise ValueError(f"vertices: shape {corners.shape}; expected one mesh, (n, 3)")
     if numbers.ndim != 2 or numbers.shape[1] != 3 or (numbers.size and numbers.dtype.kind not in "iu"):
@@ -168,7 +168,7 @@ def checked_mesh(vertices: ArrayLike, faces: ArrayLike, name: str) -> tuple[Real
     """Return vertices and faces as arrays if their shapes, types and values are valid."""
     points = finite(real_array(vertices, f"{name}: vertices", (-1, 3), "vertices as rows"), f"{name}: vertices")
     moderate(points.reshape(-1, 3), f"{name}: vertices")
-    numbers = np.asarray(faces)
+    numbers = as_given(faces, f"{name}: faces")
     if points.ndim != 2:
         raise ValueError(f"{name}: vertices: shape {points.shape}; expected one mesh, (n, 3)")
     if numbers.size == 0:

@@ -15,7 +15,7 @@ from ..arguments import Reals
 from ..precision import NEGLIGIBLE, TINY
 from .circles import STARTS
 from .fit_evidence import Fitted, arc_of, box_of, rounding_of
-from .fits import ROUNDING, Judgement, axis_after, axis_frame, descend, enough_points, off_cylinder, seen_along
+from .fits import Judgement, axis_after, axis_frame, descend, enough_points, off_cylinder, seen_along
 
 DIRECTIONS = 400
 """Number of directions of the axis that are tried, distributed evenly over a hemisphere."""
@@ -75,8 +75,8 @@ def fit_cylinder(points: ArrayLike) -> CylinderFit:
     For each of 400 directions, linear equations give the best circle for the points projected along the direction. The
     six best directions are refined by Gauss-Newton steps, and the result with the smallest sum is returned.
     """
-    places = enough_points(points, 6, True)
-    state, residual, determined = _best(places, 3, _cylinder_start, off_cylinder, 5)
+    places, part = enough_points(points, 6, True)
+    state, residual, determined = _best(places, part, 3, _cylinder_start, off_cylinder, 5)
     line = cga3.line_from_point_direction(state[..., :3], state[..., 3:6])
     evidence = _fitted_cylinder, determined, 3, places, state
     return CylinderFit(line, np.abs(state[..., 6]), residual, determined, evidence)
@@ -104,8 +104,8 @@ def fit_cone(points: ArrayLike) -> ConeFit:
     The method is that of `fit_cylinder`. For a given direction of the axis, a cone is linear in five parameters. A
     cylinder is a cone whose apex is at infinity; therefore points of a cylinder do not determine a cone.
     """
-    places = enough_points(points, 7, True)
-    state, residual, determined = _best(places, 5, _cone_start, _off_cone, 6)
+    places, part = enough_points(points, 7, True)
+    state, residual, determined = _best(places, part, 5, _cone_start, _off_cone, 6)
     side = np.sign(np.median(((places - state[..., None, :3]) * state[..., None, 3:6]).sum(-1), -1))
     direction = np.where(side < 0, -1, 1)[..., None] * state[..., 3:6]
     line = cga3.line_from_point_direction(state[..., :3], direction)
@@ -162,28 +162,37 @@ Start = Callable[[Reals, Reals, Reals], Reals]
 
 def _best(
     places: Reals,
+    part: float,
     unknowns: int,
     start: Start,
     off: Callable[[Reals, Reals], tuple[Reals, Reals]],
     dof: int,
 ) -> tuple[Reals, Reals, Reals]:
-    """Return the best state for each set of points: position and direction of the axis, and a radius or angle."""
+    """Return the best state for each set of points: position and direction of the axis, and a radius or angle.
+
+    `part` of the coordinates may be rounding.
+    """
     leading = places.shape[:-2]
     states, residuals, known = np.empty((*leading, 7)), np.empty(leading), np.zeros(leading, bool)
     with np.errstate(all="ignore"):
         for k in np.ndindex(leading):
-            states[k], residuals[k], known[k] = _one(places[k], unknowns, start, off, dof)
+            states[k], residuals[k], known[k] = _one(places[k], part, unknowns, start, off, dof)
     wrong = np.where(known, 0, np.nan)
     return states + wrong[..., None], residuals + wrong, known
 
 
 def _one(
-    places: Reals, unknowns: int, start: Start, off: Callable[[Reals, Reals], tuple[Reals, Reals]], dof: int
+    places: Reals,
+    part: float,
+    unknowns: int,
+    start: Start,
+    off: Callable[[Reals, Reals], tuple[Reals, Reals]],
+    dof: int,
 ) -> tuple[Reals, float, bool]:
     middle = places.mean(0)
     size = np.sqrt(((places - middle) ** 2).sum(-1).mean())
     spread = np.linalg.svd(places - middle, compute_uv=False)
-    if not spread[2] > max(NEGLIGIBLE * spread[0], ROUNDING * np.linalg.norm(places)):
+    if not spread[2] > max(NEGLIGIBLE * spread[0], part * np.linalg.norm(places)):
         return np.zeros(7), 0.0, False
     scaled = (places - middle) / size
     frames = axis_frame(_directions())

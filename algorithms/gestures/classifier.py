@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arguments import as_given
 from ..learning.clifford_svc import CliffordSVC
 from .hands import hand_descriptor, turned_descriptor
 
@@ -47,7 +48,7 @@ def train_hands(images: ArrayLike, labels: ArrayLike, largest: float = 40.0, C: 
     """
     if not 0 <= largest <= 180:
         raise ValueError(f"largest: {largest}; expected degrees from 0 to 180")
-    descriptors, given = hand_descriptor(images), np.asarray(labels)
+    descriptors, given = hand_descriptor(images), as_given(labels, "labels")
     if descriptors.ndim != 4 or given.shape != descriptors.shape[:1]:
         raise ValueError(f"images and labels: shapes {np.shape(images)} and {given.shape}; expected (n, M, N) and (n,)")
     steps = int(largest // 20)

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from generated import pga3
 
-from ..arguments import Reals
+from ..arguments import Reals, real_array
 from ..cubes import thinned
 from ..evidence import WRONG, Noise, certain_deviations, largest_ratio
 from ..geometry.meshes import Flags, Integers
@@ -134,7 +134,8 @@ class UnseenSpace:
 
     def moved(self, motor: ArrayLike) -> UnseenSpace:
         """Return the space that the camera, moved by a motor (8,), has not seen to be free."""
-        return replace(self, camera=replace(self.camera, pose=pga3.motor_product(np.asarray(motor), self.camera.pose)))
+        given = real_array(motor, "motor", (8,), "a motor")
+        return replace(self, camera=replace(self.camera, pose=pga3.motor_product(given, self.camera.pose)))
 
     def contains(self, points: Reals) -> Flags:
         """Return which points (n, 3) of the world are not seen to be free."""

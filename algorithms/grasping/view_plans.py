@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from generated import pga3
 
-from ..arguments import finite_number, real_array
+from ..arguments import as_given, finite_number, real_array
 from ..kinematics.collisions.obstacles import Obstacle
 from ..vision.camera import Camera
 from .barrett import HandTable
@@ -83,7 +83,7 @@ def plan_grasps_in_view(
     if not isinstance(camera, Camera):
         raise TypeError(f"plan_grasps_in_view: camera: {type(camera).__name__}; expected a Camera")
     image = real_array(depth, "depth", (-1, -1), "rows and columns").astype(np.float64)
-    own = np.asarray(mask)
+    own = as_given(mask, "plan_grasps_in_view: mask")
     if own.dtype != bool or own.shape != image.shape:
         raise ValueError(f"plan_grasps_in_view: mask: {own.dtype} of shape {own.shape}; expected bool, {image.shape}")
     if not finite_number(noise, "plan_grasps_in_view: noise") > 0:

@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import finite, finite_number, real_array, whole_number
+from ..arguments import as_given, finite, finite_number, real_array, whole_number
 from .activations import Split
 from .algebra import Array
 from .base import Layer
@@ -143,7 +143,7 @@ def train_classifier(
     if not finite_number(decay, "decay") >= 0:
         raise ValueError(f"decay: {decay}; expected a number that is not negative")
     x = _checked(features)
-    given = np.asarray(labels)
+    given = as_given(labels, "labels")
     if given.shape != x.shape[:1]:
         raise ValueError(f"labels: shape {given.shape}; expected ({len(x)},), one for each sample")
     classes, number = np.unique(given, return_inverse=True)
@@ -184,7 +184,8 @@ def confusion_matrix(truth: ArrayLike, predicted: ArrayLike, classes: ArrayLike)
     ValueError
         If the lengths differ, or a label is not among the classes.
     """
-    names, found = np.asarray(classes), [np.asarray(one) for one in (truth, predicted)]
+    names = as_given(classes, "classes")
+    found = [as_given(truth, "truth"), as_given(predicted, "predicted")]
     if found[0].shape != found[1].shape or found[0].ndim != 1:
         raise ValueError(f"truth and predicted: shapes {found[0].shape} and {found[1].shape}; expected (n,) twice")
     equal = [one[:, None] == names for one in found]

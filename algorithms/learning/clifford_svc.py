@@ -9,6 +9,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arguments import as_given
 from .all_blades import Samples
 from .clifford_machine import CliffordMachine
 from .codes import code_distance, code_of_classes, losses
@@ -205,7 +206,8 @@ class CliffordSVC(CliffordMachine):
 
     def score(self, X: Samples, y: ArrayLike) -> float:
         """Return the share of samples whose class is predicted."""
-        return float((self.predict(X) == np.asarray(y)).mean())
+        found = self.predict(X)
+        return float((found == _checked_labels(y, len(found))).mean())
 
     def __sklearn_tags__(self) -> Any:
         return self._tags("classifier", self._is_precomputed)
@@ -235,7 +237,7 @@ def _weights_of_classes(given: Any, classes: NDArray[Any], number: NDArray[np.in
 def _checked_labels(y: Any, n: int) -> NDArray[Any]:
     if y is None:
         raise ValueError("y: None; requires y to be passed, but the target y is None")
-    labels = np.asarray(y)
+    labels = as_given(y, "y")
     if labels.ndim == 2 and labels.shape[1] == 1:
         warn_column()
         labels = labels[:, 0]

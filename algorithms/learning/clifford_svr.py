@@ -7,6 +7,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..arguments import as_given
 from ..elements import Coefficients
 from .all_blades import Samples, Targets
 from .clifford_machine import CliffordMachine
@@ -86,7 +87,8 @@ class CliffordSVR(CliffordMachine):
 
     def score(self, X: Samples, y: Targets) -> float:
         """Return the coefficient of determination, the mean of all components."""
-        truth, found = np.asarray(self._plain(y, "y"), float), self._predicted(X)
+        found = self._predicted(X)
+        truth = _checked_targets(self._plain(y, "y"), len(found))
         spread = ((truth - truth.mean(0)) ** 2).sum(0)
         return float(np.mean(1 - ((truth - found) ** 2).sum(0) / np.where(spread > 0, spread, 1)))
 
@@ -97,9 +99,11 @@ class CliffordSVR(CliffordMachine):
 def _checked_targets(y: Any, n: int) -> Floats:
     if y is None:
         raise ValueError("y: None; requires y to be passed, but the target y is None")
-    raw = np.asarray(y)
+    raw = as_given(y, "y")
     if raw.dtype.kind == "c":
         raise ValueError("Complex data not supported: y; expected components of multivectors")
+    if raw.dtype.kind not in "fiubO":
+        raise ValueError(f"y: type {raw.dtype}; expected numbers")
     targets = raw.astype(float)
     if targets.ndim not in (1, 2) or len(targets) != n or not targets.size:
         raise ValueError(f"y: shape {targets.shape}; expected ({n},) or ({n}, components)")

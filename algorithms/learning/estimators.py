@@ -11,7 +11,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arguments import unmasked
+from ..arguments import as_given
 
 Floats = NDArray[np.float64]
 
@@ -127,11 +127,13 @@ def checked_samples(x: Any, size: int | None) -> Floats:
     ValueError
         If X is complex, empty, not finite, or has another shape.
     """
-    array = np.asarray(x.toarray() if hasattr(x, "tocsr") else unmasked(x, "X"))
+    array = as_given(x.toarray() if hasattr(x, "tocsr") else x, "X")
     if array.dtype.kind == "c":
         raise ValueError(
             "Complex data not supported: X has complex numbers; expected real coefficients of multivectors"
         )
+    if array.dtype.kind not in "fiubO":
+        raise ValueError(f"X: type {array.dtype}; expected real numbers")
     samples = np.ascontiguousarray(array, np.float64)
     if samples.ndim < 2:
         raise ValueError(
@@ -161,7 +163,7 @@ def checked_weights(sample_weight: Any, n: int) -> Floats:
     """
     if sample_weight is None:
         return np.ones(n)
-    raw = np.asarray(sample_weight)
+    raw = as_given(sample_weight, "sample_weight")
     if raw.dtype.kind not in "biuf":
         raise ValueError(f"sample_weight: type {raw.dtype}; expected real numbers")
     weights = raw.astype(float)

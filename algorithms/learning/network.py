@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arguments import coordinates, finite, real_array
+from ..arguments import as_given, finite, real_array
 from . import activations, delays, equivariant, items, linear, particles, rounds
 from .algebra import Algebra, Array
 from .all_blades import restorer, with_all_blades
@@ -125,7 +125,7 @@ class Network:
         if samples == 0:
             raise ValueError("X: no samples; expected at least one for a loss or gradient")
         if self.loss_name == "entropy":
-            labels = np.asarray(coordinates(y, "y"))
+            labels = as_given(y, "y")
             is_label = labels.dtype.kind in "iu" and labels.shape == (samples,)
             if not is_label or labels.min() < 0 or labels.max() >= channels:
                 raise ValueError(f"y: expected {samples} integer labels from 0 to {channels - 1}, one for each channel")

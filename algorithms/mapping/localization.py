@@ -188,15 +188,18 @@ class LineLocalizer:
             Motor of `generated.pga2`. If it is not finite, nothing changes.
         covariance : array_like, (3, 3) or (3,)
             Or its diagonal.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If an argument has another shape or type.
         """
         step = real_array(motion, "motion", (4,), "a motor").astype(float)
-        try:
-            spread = as_definite(_matrix(covariance, "covariance"))[0]
-        except ValueError:
-            step = np.full(4, np.nan)
-        if not np.isfinite(step).all():
+        given = real_array(covariance, "covariance")
+        if not (np.isfinite(step).all() and np.isfinite(given).all()):
             self._status = LocalizationStatus.NOT_FINITE
             return self._status
+        spread = as_definite(_matrix(given, "covariance"))[0]
         motor, triangle = kernels.predict_pose(self._motor, to_triangle(self._covariance), step, to_triangle(spread))
         self._motor, self._covariance = np.asarray(motor), from_triangle(triangle, 3)
         turning = np.asarray(pga2.motor_to_adjoint(pga2.motor_inverse(step)))
@@ -309,9 +312,11 @@ def normalized_error(motor: ArrayLike, covariance: ArrayLike, truth: ArrayLike) 
     covariance : array_like, (..., 3, 3)
         Of errors in the frame of the robot.
     """
-    turn, shift = pga2.twist_to_velocities(pga2.motor_to_twist(relative(np.asarray(motor), np.asarray(truth))))
+    one, other = (real_array(x, name, (4,), "a motor") for x, name in ((motor, "motor"), (truth, "truth")))
+    spread = real_array(covariance, "covariance", (3, 3))
+    turn, shift = pga2.twist_to_velocities(pga2.motor_to_twist(relative(one, other)))
     error = np.concatenate([np.asarray(turn)[..., None], shift], -1)
-    return np.asarray((error * np.linalg.solve(np.asarray(covariance), error[..., None])[..., 0]).sum(-1))
+    return np.asarray((error * np.linalg.solve(spread, error[..., None])[..., 0]).sum(-1))
 
 
 def _coefficients(lines: Lines) -> Reals:

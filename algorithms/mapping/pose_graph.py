@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from generated import line_maps, motor_graphs, pga2
 
-from ..arguments import Reals, finite, real_array
+from ..arguments import Reals, as_given, finite, real_array
 from ..estimation.matrices import as_definite
 from ..estimation.motor_factors import MOTION, Factors, States
 from ..estimation.motor_problem import REJECTED, MotorProblem, SmoothingStatus
@@ -147,7 +147,8 @@ def _checked_edges(
     edges: ArrayLike, motions: ArrayLike, information: ArrayLike, robust: ArrayLike | None, n: int, width: int
 ) -> _Edges:
     """Return valid edges between n poses."""
-    pairs = np.asarray(edges).reshape(-1, 2) if np.size(edges) == 0 else np.asarray(edges)
+    pairs = as_given(edges, "edges")
+    pairs = pairs if pairs.size else pairs.reshape(-1, 2)
     if pairs.ndim != 2 or pairs.shape[1] != 2 or (pairs.size and pairs.dtype.kind not in "iu"):
         raise ValueError(f"edges: shape {pairs.shape}, dtype {pairs.dtype}; expected (m, 2) integers")
     pairs = pairs.astype(np.int64)
@@ -158,7 +159,7 @@ def _checked_edges(
     weights = finite(real_array(information, "information", (m, freedoms, freedoms)).astype(float), "information")
     if not as_definite(weights)[1]:
         raise ValueError("information: not symmetric positive semidefinite; expected inverses of covariances")
-    bounded = np.zeros(m, bool) if robust is None else np.asarray(robust, bool)
+    bounded = np.zeros(m, bool) if robust is None else as_given(robust, "robust").astype(bool)
     if bounded.shape != (m,):
         raise ValueError(f"robust: shape {bounded.shape}; expected ({m},), one for each edge")
     return _Edges(pairs, measured, weights, bounded)

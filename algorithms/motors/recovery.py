@@ -12,7 +12,7 @@ from generated import cga3, pga3
 
 from ..arguments import Reals, finite, leading_axes, real_array
 from ..elements import DIRECTION, MOTOR, POINT, ROTOR, VERSOR, Coefficients, E, Some, elements
-from ..precision import CONVERGED
+from ..precision import CONVERGED, rounding_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,7 +85,8 @@ def rotor_from_vectors(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = N
     off = two - pga3.move_direction(_motor(rotor)[..., None, :], one)
     sizes = np.sqrt(_mean_square(one, share) * _mean_square(two, share))
     gap = values[..., -1] - values[..., -2]
-    return RotorFit(rotor, np.sqrt(_mean_square(off, share)), gap > CONVERGED * np.where(sizes > 0, sizes, 1))
+    least = rounding_of(one, two, part=CONVERGED) * np.where(sizes > 0, sizes, 1)
+    return RotorFit(rotor, np.sqrt(_mean_square(off, share)), gap > least)
 
 
 @overload
@@ -122,7 +123,7 @@ def rotor_from_frames(frame: Any, image: Any) -> Any:
     leading_axes(("frame", rows.shape[:-2]), ("image", images.shape[:-2]))
     sizes = np.linalg.norm(rows, axis=-1)
     unit = rows / np.where(sizes > 0, sizes, 1)[..., None]
-    flat = np.abs(np.linalg.det(unit)) <= CONVERGED
+    flat = np.abs(np.linalg.det(unit)) <= rounding_of(rows, part=CONVERGED)
     safe = np.where(flat[..., None, None], np.eye(3, dtype=rows.dtype), rows)
     matrix = np.einsum("...ki,...jk->...ij", images, np.linalg.inv(safe))
     rotor: Reals = pga3.rotor_from_matrix(matrix)

@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import Reals, finite, finite_number, real_array
+from ..arguments import Reals, as_given, finite, finite_number, real_array
 from .colour_status import ColourStatus
 from .images import Mask
 from .level_lines import level_line
@@ -103,7 +103,7 @@ def segment_colour(
     0.05 pixels for noise of 2 % of the largest value, if the colours on both sides differ by half of it.
     """
     array, given = _arguments(image, colour)
-    expected = None if region is None else np.asarray(region)
+    expected = None if region is None else as_given(region, "region")
     if expected is not None and (expected.dtype != bool or expected.shape != array.shape[:2]):
         raise ValueError(f"region: shape {expected.shape} of {expected.dtype}; expected {array.shape[:2]} of bool")
     if finite_number(least, "least") < 1:

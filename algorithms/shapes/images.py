@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import Reals, coordinates, finite, real_array, unmasked
+from ..arguments import Reals, as_given, finite, real_array
 
 Mask = NDArray[np.bool_]
 LARGEST = 400_000_000
@@ -24,7 +24,7 @@ def checked_image(image: ArrayLike, name: str, dimensions: tuple[int, ...]) -> N
     ValueError
         If it is empty or too large, has another number of axes, or values that are not finite.
     """
-    array = np.asarray(unmasked(coordinates(image, name), name))
+    array = as_given(image, name)
     if array.ndim not in dimensions:
         expected = " or ".join(str(d) for d in dimensions)
         raise ValueError(f"{name}: shape {array.shape}; expected {expected} axes; select a channel or a slice first")
@@ -66,7 +66,7 @@ def checked_seeds(seed: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.intp]:
     ValueError
         If a seed is outside of the volume.
     """
-    array = np.asarray(seed)
+    array = as_given(seed, "seed")
     if array.dtype.kind not in "iu":
         raise TypeError(f"seed: dtype {array.dtype}; expected indices, integers")
     rows = np.atleast_2d(array).astype(np.intp)

@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import Reals, finite_number, unmasked
+from ..arguments import Reals, as_given, finite_number
 from ..evidence import deviation_of_most
 from .images import Mask, checked_image, checked_seeds, checked_spacing
 from .region_growing import Region, Report, automatic_seed, depth_of, grown_region, neighbourhood, silent, window_of
@@ -136,8 +136,8 @@ def _completed(volume: ArrayLike, valid: ArrayLike | None) -> tuple[Reals, Mask 
     """Return the volume with missing voxels replaced by the nearest ones, and which are present."""
     if valid is None:
         return np.ascontiguousarray(checked_image(volume, "volume", (2, 3)), np.float32), None
-    present = np.asarray(valid)
-    array = np.asarray(unmasked(volume, "volume"))
+    present = as_given(valid, "valid")
+    array = as_given(volume, "volume")
     if present.dtype != np.bool_ or present.shape != array.shape or not present.any():
         raise ValueError(
             f"valid: {present.dtype}, shape {present.shape}, {np.count_nonzero(present)} true; expected bool, "

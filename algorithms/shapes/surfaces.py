@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from generated import pga3, shapes
 
-from ..arguments import Reals, finite, moderate, real_array
+from ..arguments import Reals, as_given, finite, moderate, real_array
 from ..evidence import rank
 from .images import checked_image, checked_spacing
 from .surface_adaptation import is_folded, moved_nodes
@@ -126,7 +126,7 @@ def surface(
         raise ValueError(f"nodes: {nodes}; expected at least {_START}")
     if not tolerance > 0:
         raise ValueError(f"tolerance: {tolerance}; expected a positive fraction of the diagonal")
-    array = np.asarray(points_or_mask)
+    array = as_given(points_or_mask, "points_or_mask")
     outliers, euler = 0, None
     if array.ndim == 3:
         mask = checked_image(array, "mask", (3,)) > 0

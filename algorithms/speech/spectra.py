@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import Reals, finite, finite_number, positive_number, real_array, whole_number
+from ..arguments import Reals, as_given, finite, finite_number, positive_number, real_array, whole_number
 
 _CLIPPED = 0.01
 """Share of samples at the largest amplitude, in runs of three and more, from which a recording counts as clipped."""
@@ -126,7 +126,8 @@ def _hertz_of_mel(m: Reals) -> Reals:
 
 def _checked(samples: ArrayLike, rate: float) -> tuple[Reals, float]:
     """Return samples of one channel, and their rate."""
-    if np.asarray(samples).dtype.kind in "iub" and np.size(samples):
+    given = as_given(samples, "samples")
+    if given.dtype.kind in "iub" and given.size:
         raise TypeError("samples: whole numbers; expected numbers from -1 to 1: divide by 32768 for 16 bits")
     array, per_second = real_array(samples, "samples"), finite_number(rate, "rate")
     if array.ndim != 1:

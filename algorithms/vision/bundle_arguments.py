@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from generated import pga3
 
-from ..arguments import Reals, listed, real_array
+from ..arguments import Reals, as_given, listed, real_array
 from .bundle_results import Observations
 from .bundle_scene import N_PINHOLE
 from .camera import Camera, matrix_of
@@ -105,7 +105,7 @@ def _numbers(where: str, given: tuple[ArrayLike, ...], limits: dict[str, int], k
     """Return the numbers (k,) of cameras and of points or lines, which are less than their limits."""
     tables = []
     for (name, limit), each in zip(limits.items(), given, strict=True):
-        table = np.asarray(each)
+        table = as_given(each, name)
         if table.size == 0:
             table = np.zeros(table.shape, np.int64)
         if table.dtype.kind not in "iu":
@@ -145,7 +145,7 @@ def checked_fixed(given: ArrayLike | None, n: int, name: str) -> Reals:
     flags = np.zeros(n, bool)
     if given is None:
         return flags
-    table = np.asarray(given)
+    table = as_given(given, name)
     if table.size == 0:
         return flags
     if table.dtype.kind == "b" and table.shape == (n,):
@@ -214,7 +214,7 @@ def checked_lenses(
             )
         lens_of = tables[intrinsics]
     else:
-        lens_of = np.asarray(intrinsics)
+        lens_of = as_given(intrinsics, "intrinsics")
         if lens_of.shape != (c,) or lens_of.dtype.kind not in "iu":
             raise ValueError(f"intrinsics: shape {lens_of.shape}, dtype {lens_of.dtype}; expected ({c},) integers")
         lens_of = np.unique(lens_of, return_inverse=True)[1]

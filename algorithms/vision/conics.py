@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import projective2
 
 from ..arguments import Reals, real_array
+from ..precision import rounding_of
 from .normalization import homogeneous, rounding
 from .status import VisionStatus
 
@@ -58,7 +59,8 @@ def conic_through_points(points: ArrayLike) -> ConicThroughPoints:
     Points are normalised to mean 0 and a mean distance of the square root of 2, so that the result does not depend on
     position or unit; homogeneous points are scaled to unit length.
     """
-    array = real_array(points, "points", (5, -1), "five points").astype(np.float64, copy=False)
+    given = real_array(points, "points", (5, -1), "five points")
+    array = given.astype(np.float64, copy=False)
     if array.shape[-1] not in (2, 3):
         raise ValueError(f"points: shape {array.shape}; expected (..., 5, 2) or (..., 5, 3)")
     is_finite = np.asarray(np.isfinite(array).all((-2, -1)))
@@ -67,12 +69,12 @@ def conic_through_points(points: ArrayLike) -> ConicThroughPoints:
         places, matrix = _normalized(array)
         usable = np.asarray(is_finite & np.isfinite(places).all((-2, -1)))
         if array.shape[-1] == 2:
-            usable &= np.ptp(array, axis=-2).max(-1) > rounding(array)
+            usable &= np.ptp(array, axis=-2).max(-1) > rounding(given)
         places = np.where(usable[..., None, None], places, 0.0)
         x, y, w = np.moveaxis(places, -1, 0)
         equations = np.stack([x * x, x * y, y * y, x * w, y * w, w * w], -1)
         sizes = np.linalg.svd(equations, compute_uv=False)
-        usable &= sizes[..., -1] > _SINGULAR * sizes[..., 0]
+        usable &= sizes[..., -1] > rounding_of(given, part=_SINGULAR) * sizes[..., 0]
         found = _moved(projective2.conic_from_points(places), matrix)
         found = found / np.abs(found).max(-1, keepdims=True)
         found = found / np.linalg.norm(found, axis=-1, keepdims=True)

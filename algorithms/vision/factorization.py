@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from generated import projective3
 
-from ..arguments import Reals, real_array
+from ..arguments import Reals, as_given, real_array
 from ..precision import EIGENVALUE, ROOT, SINGLE
 from .degeneracy import degenerate
 from .fundamental import eight_points, refined
@@ -89,7 +89,7 @@ def factorize(pixels: ArrayLike, mask: ArrayLike | None = None) -> Factorization
     if image.ndim != 3:
         raise ValueError(f"pixels: shape {image.shape}; expected (views, points, 2)")
     n_views, n_points = image.shape[:2]
-    seen = ~np.isnan(image).any(-1) if mask is None else np.asarray(mask)
+    seen = ~np.isnan(image).any(-1) if mask is None else as_given(mask, "mask")
     if seen.dtype != bool or seen.shape != (n_views, n_points):
         raise ValueError(f"mask: {seen.dtype} of shape {seen.shape}; expected bool of shape {(n_views, n_points)}")
     if n_views < 2 or n_points < 8:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from generated import pga3, rig_poses
 
-from ..arguments import Reals, finite_number, listed, real_array
+from ..arguments import Reals, as_given, finite_number, listed, real_array
 from ..evidence import Freedom, Noise, Problem, all_or_some_sets, check_sampling
 from ..evidence.sampling import without_copies
 from ..evidence.triangles import from_triangle
@@ -250,7 +250,7 @@ def _checked_numbers(camera: ArrayLike, cameras: Sequence[Camera], n: int) -> Re
             raise TypeError(f"cameras[{k}]: {type(each).__name__}; expected a Camera")
     if not len(cameras):
         raise ValueError("cameras: none; expected at least one Camera")
-    which = np.asarray(camera)
+    which = as_given(camera, "camera")
     if which.dtype.kind not in "iu" and which.size:
         raise TypeError(f"camera: dtype {which.dtype}; expected whole numbers of cameras")
     if which.shape != (n,):

@@ -222,4 +222,4 @@ def epipolar_distance(fundamental: ArrayLike, pixels: ArrayLike, partners: Array
 
 
 def _pixels(value: ArrayLike, name: str) -> Reals:
-    return real_array(value, name, (2,), "x y in pixels")
+    return real_array(value, name, (2,), "x y in pixels").astype(np.float64, copy=False)

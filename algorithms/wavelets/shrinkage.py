@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import Reals, finite_number, real_array, whole_number
+from ..arguments import Reals, as_given, finite_number, real_array, whole_number
 from .checks import MEDIAN
 from .discrete import WaveletPyramid, band_names, discrete_wavelet
 from .families import wavelet_filters
@@ -48,7 +48,7 @@ def shrink(coefficients: ArrayLike, threshold: ArrayLike, kind: str = "soft", up
     Donoho and Johnstone, *Biometrika* 81:425, 1994 (soft, hard); Gao, *J. Comput. Graph. Stat.* 7:469, 1998 (garrote);
     Gao and Bruce, *Statistica Sinica* 7:855, 1997 (firm).
     """
-    values = np.asarray(coefficients)
+    values = as_given(coefficients, "coefficients")
     if values.dtype.kind != "c":
         values = real_array(coefficients, "coefficients")
     if not np.isfinite(values).all():
@@ -268,8 +268,8 @@ def _deviation(sigma: float) -> float:
     return noise
 
 
-def _threshold(value: ArrayLike | None, name: str, values: NDArray[Any]) -> Reals:
-    array = real_array(np.asarray(value), name)
+def _threshold(value: Any, name: str, values: NDArray[Any]) -> Reals:
+    array = real_array(value, name)
     if not (array >= 0).all() or not np.isfinite(array).all():
         raise ValueError(f"{name}: {array.min()}; expected finite numbers, 0 or more")
     return array.astype(values.real.dtype, copy=False)

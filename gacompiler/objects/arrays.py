@@ -197,7 +197,8 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         ZeroDivisorError
             If this is a single element without an inverse up to rounding: a null vector, a zero divisor, or 0.
         """
-        return inverted(self, _INVERSE[0], wrap)
+        x: Any = self
+        return inverted(x, _INVERSE[0], wrap, x._numbers() if is_single(type(x)) else None)
 
     def __pow__(self, exponent: Numbers) -> Self:
         """Return a product of equal factors; a negative integer exponent gives a power of the inverse."""
@@ -207,8 +208,11 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
             return self.power(exponent)
         if n < 0:
             return self.inverse() ** -n
-        if n < 2:
-            return self if n else wrap(SCALAR, np.ones(self.shape))
+        if n == 1:
+            return self
+        if n == 0:
+            one: Any = wrap(SCALAR, np.ones(self.shape)) if self.shape else Scalar(1.0)
+            return one
         if n <= LARGEST_POWER:
             operated: Self = self._operate(f"**{n}", self)
             return operated
@@ -298,6 +302,8 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
     def power(self, exponent: Numbers, *, tolerance: float = 1e-9, shorter: bool = True) -> Self:
         """Return ``exp(exponent * log(x))``, for a unit versor a fraction of its motion; arguments as in `log`."""
         factor: Any = float(exponent) if isinstance(exponent, int) else exponent
+        if type(factor) is float and is_single(type(self)):
+            factor = single_type(SCALAR)(factor)  # the extension runs what takes single elements
         if not shorter or _has_many_vectors(self.layout):
             return (factor * self.log(tolerance=tolerance, shorter=shorter)).exp()
         return self._determined("power", _POWER[0](self._as_unit("power", tolerance))(factor))

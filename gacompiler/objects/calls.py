@@ -293,7 +293,7 @@ def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
             return result
     a, b = _as_single(a), _as_single(b)
     first, second = type(a), type(b)
-    if symbol == "/" and not np.shape(a) and second in (int, float, Scalar, np.float64) and b == 0:
+    if symbol == "/" and second in (int, float, Scalar, np.float64) and b == 0 and not np.shape(a):
         raise ZeroDivisorError(
             "division", f"{a} / 0", "a divisor other than zero", "in an array, such quotients are infinite or NaN"
         )

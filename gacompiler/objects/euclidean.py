@@ -15,7 +15,7 @@ from ..errors import LayoutError
 from .arrays import MultivectorArray, wrap
 from .checks import require_finite
 from .poses import Poses, stacked_quaternion
-from .spaces import Argument, M, Space, define, stacked, unit
+from .spaces import Argument, M, Space, define, single_of_numbers, stacked, unit
 
 if TYPE_CHECKING:
     from .names import QuaternionSpace, StaSpace, Vga2Space, Vga3Space
@@ -118,6 +118,9 @@ class Quaternions(Poses[M], Space[M]):
         return self._make(_ROTATE, q, self._imaginary("v", (v,)))
 
     def _imaginary(self, what: str, coordinates: tuple[Any, ...]) -> Any:
+        single = single_of_numbers(_QUATERNIONS.VECTOR, coordinates)
+        if single is not None:
+            return single
         if len(coordinates) == 1 and (found := self._element_in(what, coordinates[0])) is not None:
             return found
         return wrap(_QUATERNIONS.VECTOR, stacked(what, ("x", "y", "z"), coordinates))

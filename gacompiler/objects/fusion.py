@@ -310,8 +310,12 @@ def _fused(name: str, events: list[_Event]) -> tuple[Fused, list[object]]:
         if event.out.ndim:
             place[_memory(event.out)] = len(steps) - 1
     used = {k for step in steps for k in step.operands}
-    # Only the event and the argument of getrefcount refer to a result that no other object holds.
-    held = [sys.getrefcount(event.out) > 2 for event in events]
+    # Only the event and the argument of getrefcount refer to a result that no other object holds, and only the result
+    # and the argument to its memory, if that is another array, to which parts of the result refer.
+    held = [
+        sys.getrefcount(event.out) > 2 or (event.out.base is not None and sys.getrefcount(event.out.base) > 2)
+        for event in events
+    ]
     wanted = [k for k, each in enumerate(events) if held[k] or (k not in used and not each.is_internal)]
     return Fused(name, tuple(inputs), tuple(steps), tuple(wanted or [len(steps) - 1])), given
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,9 @@ from .normalizing import ROUNDINGS, is_clearly_not_null, is_null, range_exponent
 from .tables import inverse_by_equations
 
 
-def inverted(x: Element, run: Callable[[Any], Any], wrap: Callable[[Layout, Any], Any]) -> Any:
+def inverted(
+    x: Element, run: Callable[[Any], Any], wrap: Callable[[Layout, Any], Any], numbers: Sequence[float] | None = None
+) -> Any:
     """Return the inverses of elements.
 
     Parameters
@@ -27,6 +29,8 @@ def inverted(x: Element, run: Callable[[Any], Any], wrap: Callable[[Layout, Any]
         The compiled inverse.
     wrap : callable
         Creates objects from a layout and coefficients.
+    numbers : sequence of float, optional
+        The coefficients of a single element that the extension stores.
 
     Returns
     -------
@@ -38,9 +42,12 @@ def inverted(x: Element, run: Callable[[Any], Any], wrap: Callable[[Layout, Any]
     ZeroDivisorError
         If `x` is a single element without an inverse, up to rounding errors.
     """
-    layout, values = x.layout, x.values
+    layout = x.layout
     if layout.unit:
         return run(x)
+    if numbers is not None and _has_scalar_square(layout) and is_clearly_not_null(layout, numbers):
+        return run(x)
+    values = x.values
     is_simple = _has_scalar_square(layout) and values.dtype.kind != "c"
     found = None if is_simple else inverse_by_equations(x, wrap)
     if found is None and not x.shape and values.dtype == np.float64:
@@ -62,7 +69,7 @@ def inverted(x: Element, run: Callable[[Any], Any], wrap: Callable[[Layout, Any]
 def _of_single(x: Any, run: Callable[[Any], Any], is_simple: bool) -> Any:
     """Return the inverse of a single element if it clearly has one in the range of doubles, else None; fast."""
     if is_simple:
-        return run(x) if is_clearly_not_null(x.layout, x.values) else None
+        return run(x) if is_clearly_not_null(x.layout, x.values.tolist()) else None
     try:
         found = run(x)
     except ZeroDivisorError:

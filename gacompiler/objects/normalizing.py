@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Sequence
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from ..algebra.versors import norm_squared
 from ..errors import ZeroDivisorError
 from ..gac_runtime.array_element import Element
 from ..rings.polynomial import PolynomialRing
+from .caches import cached_by_name
 
 SMALL, LARGE = 1e-200, 1e200
 """Squared norms between these limits neither overflow nor lose precision by underflow."""
@@ -20,7 +21,7 @@ ROUNDINGS = 4
 """Rounding error of a squared norm, in units in the last place of the sum of its terms' absolute values."""
 
 
-@cache
+@cached_by_name
 def _squared_norm(layout: Layout) -> tuple[tuple[float, tuple[int, ...]], ...]:
     """Return the terms of the scalar part of ``x ~x``, each a factor and the indices of the stored coefficients."""
     ring = PolynomialRing()
@@ -55,10 +56,10 @@ def range_exponents(layout: Layout, values: np.ndarray[Any, Any]) -> np.ndarray[
     return np.where(far, exponents, 0) if np.any(far) else None
 
 
-def is_clearly_not_null(layout: Layout, values: np.ndarray[Any, Any]) -> bool:
+def is_clearly_not_null(layout: Layout, numbers: Sequence[float], epsilon: float = sys.float_info.epsilon) -> bool:
     """Whether ``x ~x`` of a single element is in the range of doubles, and not 0 up to rounding; fast."""
-    total, size = _measured(layout, values.tolist())
-    return bool(SMALL < size < LARGE and abs(total) > ROUNDINGS * float(np.finfo(values.dtype).eps) * size)
+    total, size = _measured(layout, numbers)
+    return bool(SMALL < size < LARGE and abs(total) > ROUNDINGS * epsilon * size)
 
 
 def is_null(layout: Layout, values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
@@ -93,7 +94,7 @@ def normalized(x: Element, run: Callable[[Any], Any], wrap: Callable[[Layout, An
     layout, values = x.layout, x.values
     if values.dtype.kind == "c":
         return run(x)
-    if values.ndim == 1 and is_clearly_not_null(layout, values):
+    if values.ndim == 1 and is_clearly_not_null(layout, values.tolist(), float(np.finfo(values.dtype).eps)):
         return run(x)
     exponents = range_exponents(layout, values)
     scaled = values if exponents is None else np.ldexp(values, -exponents[..., None])

@@ -243,12 +243,15 @@ class Operator:
             a.astype(dtype, copy=False).transpose(a.ndim - 1, *range(a.ndim - 1)) if shape else a.astype(dtype)
             for a, shape in zip(arrays, self._shapes, strict=True)
         ]
-        out = np.empty(leading + (self._out or (1,)), dtype)
+        # Each column is in one piece of memory, as the next operation reads it.
+        columns = np.empty((self._out or (1,)) + leading, dtype)
         with np.errstate(all="ignore"):
             found: Any = self._python[few](*parts)
         for k, entry in enumerate(found if self._out else (found,)):
-            out[..., k] = entry
-        return out if self._out else out[..., 0]
+            columns[k] = entry
+        if not self._out:
+            return columns[0]
+        return columns.transpose(*range(1, columns.ndim), 0) if leading else columns
 
 
 _OPERATORS: dict[Any, Operator] = {}

@@ -3,25 +3,31 @@
 The calls of the tests of a session are recorded, one for each function and types of its arguments. Once a case of a
 test has no call of a new kind, its other cases are skipped. After the session each array or list of 2 to 10 numbers is
 replaced by elements of every layout with as many coefficients. Such a call has to raise an error, or the element is of
-a kind whose coefficients the function expects, and results are the same as for the array. What was found is written to
-the file ``$ELEMENTS_FOUND``.
+a kind whose coefficients the function expects, and results are the same as for the array.
+
+Arrays of every size are replaced by masked and complex ones, by texts, times and missing values, which have to raise an
+error, and by the same numbers in arrays of other libraries, which have to raise one or give the same result. What was
+found is written to the file ``$ELEMENTS_FOUND``.
 """
 
 from __future__ import annotations
 
 import contextlib
+import copy
 import dataclasses
 import functools
 import importlib
+import importlib.util
 import inspect
 import json
 import os
 import pickle
 import pkgutil
+import re
 import sys
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -46,26 +52,11 @@ SAME = {(each.algebra, *each.blades) for each in (
 }  # fmt: skip
 """Algebras and blades of the elements whose coefficients are the numbers that functions of arrays take."""
 POINTS = {
-    *(
-        "a",
-        "b",
-        "apex",
-        "at",
-        "centre",
-        "contacts",
-        "directrix",
-        "end",
-        "ends",
-        "entity",
-        "first",
-        "found",
-        "images",
-        "measured",
-    ),
-    *("model", "origins", "p", "pan", "partners", "pixels", "place", "places", "planes", "point", "points"),
-    *("points_or_mask", "samples", "second", "seen", "simplex", "source", "start", "starts", "target", "third", "tilt"),
-    *("vertices", "viewpoint", "views", "walls"),
-}
+    *("a", "b", "apex", "at", "centre", "contacts", "directrix", "end", "ends", "entity", "first", "found"),
+    *("images", "landmarks", "left", "measured", "model", "origins", "p", "pan", "partners", "pixels", "place"),
+    *("places", "planes", "point", "points", "points_or_mask", "right", "samples", "second", "seen", "simplex"),
+    *("source", "start", "starts", "target", "third", "tilt", "vertices", "viewpoint", "views", "walls"),
+}  # fmt: skip
 """Parameters that may be points; points for all others, such as angles and colours, are wrong."""
 OF_KINDS = {
     *("distance", "angle", "meet", "project", "versor_between", "similarity_between"),
@@ -74,9 +65,23 @@ OF_KINDS = {
 """Functions of `algorithms.geometry` that convert elements by their kind, which `tests/geometry` compares."""
 INSIDE = {"pull"}
 """Methods of layers, which networks call with arrays, and which do not read all of their arguments."""
+GIVEN_BY_USERS = re.compile(r"\b(ArrayLike|Samples|Targets)\b")
+"""Annotations of parameters that are converted to arrays; others, such as ``Reals``, are arrays of numpy already."""
+_LABELS = {"y", "labels", "truth", "predicted", "classes"}
+OF_SOME = {
+    "complex": {"shrink", "isphere_wavelet", "dirac_spinors", "transport", *_LABELS},
+    "texts": _LABELS,
+    "times": _LABELS,
+    "missing": _LABELS,
+}
+"""Functions and parameters that may have numbers of this kind, or labels."""
+XARRAY, TORCH, PANDAS = (
+    importlib.import_module(name) if importlib.util.find_spec(name) else None for name in ("xarray", "torch", "pandas")
+)
+"""Other libraries with arrays, which only the peers need."""
 MOST, LARGEST, KINDS = 10, 1_000_000, 4
 
-Call = tuple[tuple[str, ...], bytes]
+Call = tuple[tuple[str, ...], Any]
 RECORDED: dict[tuple[str, str, str], list[Call]] = {}
 ORIGINAL: dict[Any, Callable[..., Any]] = {}
 """What functions that record their calls run, which converts elements."""
@@ -115,20 +120,35 @@ def public() -> Iterator[tuple[Any, str, Any]]:
                 yield from ((module, name, getattr(module, name)) for name in getattr(module, "__all__", ()))
 
 
-def record() -> None:
-    """Replace public functions and methods, inherited ones included, by ones that record their calls."""
+def replaced() -> Iterator[tuple[str, str, str]]:
+    """Return the module, name and method of public functions and of methods, each once, inherited ones included."""
     seen = set()
-    for module, name, value in list(public()):
+    for module, name, value in public():
         if inspect.isfunction(value):
-            setattr(module, name, recorded(value, (module.__name__, name, "")))
-        elif inspect.isclass(value):
-            for base in value.__mro__:
-                if base in seen or not base.__module__.startswith("algorithms."):
-                    continue
-                seen.add(base)
-                for word, method in list(vars(base).items()):
-                    if inspect.isfunction(method) and not word.startswith("_"):
-                        setattr(base, word, recorded(method, (module.__name__, name, word)))
+            yield module.__name__, name, ""
+        for base in value.__mro__ if inspect.isclass(value) else ():
+            for word, method in list(vars(base).items()) if base.__module__.startswith("algorithms.") else ():
+                is_method = inspect.isfunction(method) or isinstance(method, (classmethod, staticmethod))
+                is_used = inspect.getattr_static(value, word) is method and (base, word) not in seen
+                if is_method and is_used and not word.startswith("_"):
+                    seen.add((base, word))
+                    yield module.__name__, name, word
+
+
+def record() -> None:
+    """Replace public functions and methods by ones that record their calls."""
+    for key in list(replaced()):
+        module, name, word = key
+        place = importlib.import_module(module)
+        if not word:
+            setattr(place, name, recorded(getattr(place, name), key))
+            continue
+        owner = next(base for base in getattr(place, name).__mro__ if word in vars(base))
+        method = vars(owner)[word]
+        if inspect.isfunction(method):
+            setattr(owner, word, recorded(method, key))
+        else:
+            setattr(owner, word, type(method)(recorded(method.__func__, key)))
 
 
 def strangers(array: Any) -> Iterator[Any]:
@@ -156,12 +176,47 @@ def numbers(value: Any) -> Any:
     return array.astype(float) if 2 <= array.shape[-1] <= MOST else None
 
 
+def array_of(value: Any) -> Any:
+    """Return an argument as an array of real numbers, or None if it is not one."""
+    try:
+        array = np.asarray(value) if isinstance(value, (np.ndarray, list, tuple)) else None
+    except ValueError:
+        return None
+    return array if array is not None and array.dtype.kind in "fiu" and array.size and array.ndim else None
+
+
+def unusable(array: Any) -> Iterator[tuple[str, Any]]:
+    """Return arrays that have no meaning as real numbers; the first number of some has none."""
+    first = np.zeros(array.shape, bool)
+    first.flat[0] = True
+    yield "masked", np.ma.masked_array(array, first)
+    yield "masked in a list", [np.ma.masked_array(array, first)[0], *array[1:]] if array.ndim > 1 else [np.ma.masked]
+    yield "complex", array + first * 1j
+    yield "texts", array.astype(str)
+    yield "times", np.abs(array).astype(int).astype("m8[s]")
+    yield "missing", np.where(first, None, array.astype(object))
+
+
+def of_others(array: Any) -> Iterator[tuple[str, Any]]:
+    """Return the same numbers in arrays of other libraries, and in arrays that cannot be changed."""
+    if XARRAY:
+        yield "xarray", XARRAY.DataArray(array)
+    if TORCH:
+        yield "torch", TORCH.tensor(np.ascontiguousarray(array))
+    if PANDAS and array.ndim < 3:
+        yield "pandas", (PANDAS.Series, PANDAS.DataFrame)[array.ndim - 1](array)
+    fixed = np.asfortranarray(array).copy("K")
+    fixed.setflags(write=False)
+    yield "read-only", fixed
+    yield "other bytes", array.astype(array.dtype.newbyteorder(">"))
+
+
 def flat(result: Any) -> list[Any]:
     """Return all numbers of a result."""
     if hasattr(result, "stored"):
         return [np.asarray(result.stored[0])]
     if dataclasses.is_dataclass(result) and not isinstance(result, type):
-        result = [getattr(result, each.name) for each in dataclasses.fields(result)]
+        result = [getattr(result, each.name) for each in dataclasses.fields(result) if each.repr]
     if isinstance(result, (list, tuple)):
         return [number for each in result for number in flat(each)]
     return [result] if isinstance(result, (np.ndarray, float, int, np.generic)) else []
@@ -177,48 +232,108 @@ def equal(one: Any, other: Any) -> bool:
     )
 
 
+class Again:
+    """A recorded call of a function, which can be repeated with another value of one argument."""
+
+    def __init__(self, key: tuple[str, str, str], data: Any) -> None:
+        self.name = ".".join(key).rstrip(".")
+        self.function = original(*key)
+        self.parameters = list(inspect.signature(self.function).parameters.values())
+        self.data = data
+        self.result = self()
+        self.is_repeatable = equal(self(), self.result)
+
+    def given(self) -> Any:
+        """Return new copies of the arguments, of which some calls change what they contain."""
+        return pickle.loads(self.data) if isinstance(self.data, bytes) else copy.deepcopy(self.data)
+
+    def __call__(self, place: Any = None, value: Any = None) -> Any:
+        args, named = self.given()
+        args = list(args)
+        if place is not None:
+            (args if isinstance(place, int) else named)[place] = value
+        return self.function(*args, **named)
+
+    def arguments(self) -> Iterator[tuple[Any, inspect.Parameter, Any]]:
+        """Return the places, parameters and values of all arguments."""
+        args, named = self.given()
+        kinds = [each.kind for each in self.parameters]
+        last = kinds.index(inspect.Parameter.VAR_POSITIONAL) if inspect.Parameter.VAR_POSITIONAL in kinds else None
+        for k, value in enumerate(args):
+            yield k, self.parameters[k if last is None else min(k, last)], value
+        by_name = {each.name: each for each in self.parameters}
+        for name, value in named.items():
+            yield name, by_name.get(name, self.parameters[-1]), value
+
+    def gives(self, place: Any, value: Any) -> str:
+        """Return "error", "same" or "other", which is the result with this value."""
+        try:
+            found = self(place, value)
+        except Exception:
+            return "error"
+        return "same" if equal(found, self.result) or not self.is_repeatable else "other"
+
+
+def original(module: str, name: str, method: str) -> Callable[..., Any]:
+    """Return a function before it was replaced by one that records its calls."""
+    owner = getattr(importlib.import_module(module), name)
+    function = inspect.getattr_static(owner, method) if method else owner
+    plain: Callable[..., Any] = getattr(function, "__func__", function)
+    return ORIGINAL.get(plain, plain)
+
+
+def calls() -> Iterator[tuple[tuple[str, str, str], Again]]:
+    """Return the recorded calls that succeed again."""
+    for key, found in RECORDED.items():
+        for _, data in found:
+            with contextlib.suppress(Exception):
+                yield key, Again(key, data)
+
+
 def examined() -> dict[str, Any]:
-    """Call the recorded functions with elements, and return what was accepted wrongly."""
-    pairs, wrong = set(), []
-    for (module, name, method), calls in RECORDED.items():
-        if name in OF_KINDS or method in INSIDE:
-            continue
-        owner = getattr(importlib.import_module(module), name)
-        function = getattr(owner, method) if method else owner
-        function = ORIGINAL.get(function, function)
-        parameters = list(inspect.signature(function).parameters.values())
-        several = next((k for k, each in enumerate(parameters) if each.kind is each.VAR_POSITIONAL), len(parameters))
-        for _, data in calls:
-            args, kwargs = pickle.loads(data)
-            try:
-                expected = function(*args, **kwargs)
-                again = function(*pickle.loads(data)[0], **pickle.loads(data)[1])
-            except Exception:
-                continue
-            for place, value in [*enumerate(args), *kwargs.items()]:
-                array = numbers(value)
-                if array is None:
-                    continue
-                parameter = parameters[min(place, several)].name if isinstance(place, int) else place
-                pairs.add((module, name, method, parameter))
+    """Call the recorded functions with elements and with other arrays, and return what was accepted wrongly."""
+    pairs, arrays, wrong = set(), set(), []
+    for key, call in calls():
+        _, name, method = key
+        for place, parameter, value in call.arguments():
+            array = numbers(value)
+            if array is not None and name not in OF_KINDS and method not in INSIDE:
+                pairs.add((*key, parameter.name))
                 for element in strangers(array):
-                    given, named = pickle.loads(data)
-                    given = list(given)
-                    (given if isinstance(place, int) else named)[place] = element
-                    try:
-                        found = function(*given, **named)
-                    except Exception:
-                        continue
-                    layout = element.layout
-                    is_meant = layout.name != "POINT" or parameter in POINTS
-                    same = (
-                        is_meant
-                        and (layout.algebra.name, *layout.blades) in SAME
-                        and (equal(found, expected) or not equal(again, expected))
-                    )
-                    if not same:
-                        wrong.append([f"{module}.{name}.{method}".rstrip("."), parameter, str(layout)])
-    return {"pairs": Counter(module.split(".")[1] for module, *_ in pairs), "wrong": wrong}
+                    layout, found = element.layout, call.gives(place, element)
+                    is_meant = layout.name != "POINT" or parameter.name in POINTS
+                    is_meant &= (layout.algebra.name, *layout.blades) in SAME
+                    if found != "error" and not (is_meant and found == "same"):
+                        wrong.append([call.name, parameter.name, str(layout)])
+            array = array_of(value)
+            which = (*key, parameter.name)
+            if array is None or which in arrays or not GIVEN_BY_USERS.search(str(parameter.annotation)):
+                continue
+            arrays.add(which)
+            for kind, other in unusable(array):
+                is_known = kind in OF_SOME and {name, method, parameter.name} & OF_SOME[kind]
+                if not is_known and call.gives(place, other) != "error":
+                    wrong.append([call.name, parameter.name, kind])
+            for kind, other in of_others(array):
+                if call.gives(place, other) == "other":
+                    wrong.append([call.name, parameter.name, kind])
+    return {
+        "pairs": Counter(module.split(".")[1] for module, *_ in pairs),
+        "wrong": wrong,
+        "arrays": [list(each[:3]) for each in arrays],
+    }
+
+
+def missed(examined_ones: Iterable[Sequence[str]]) -> list[str]:
+    """Return the public functions and methods with parameters that are converted to arrays, but for the given ones."""
+    known = {original(*key) for key in examined_ones}
+    found = []
+    for key in replaced():
+        function = original(*key)
+        parameters = inspect.signature(function).parameters.values()
+        if function not in known and any(GIVEN_BY_USERS.search(str(each.annotation)) for each in parameters):
+            found.append(".".join(key).rstrip("."))
+    return found
 
 
 @pytest.hookimpl(hookwrapper=True)
@@ -239,7 +354,9 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 def pytest_sessionfinish() -> None:
     """Write what was found."""
     warnings.simplefilter("ignore")
-    Path(os.environ["ELEMENTS_FOUND"]).write_text(json.dumps(examined()))
+    found = examined()
+    found["missed"] = missed([tuple(key) for key in found["arrays"]])
+    Path(os.environ["ELEMENTS_FOUND"]).write_text(json.dumps(found))
 
 
 def pytest_configure() -> None:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from generated import pga3
 
-from ...arguments import Reals, real_array
+from ...arguments import Reals, as_given, real_array
 from .pose_models import ObjectModel
 from .predicted_curves import Mesh, surface_of_model
 from .scene import SceneCamera
@@ -67,7 +67,7 @@ def checked_mesh(model: ObjectModel, mesh: tuple[ArrayLike, ArrayLike] | None) -
     if mesh is None:
         return surface_of_model(model)
     vertices = real_array(mesh[0], "mesh", (3,), "vertices").astype(np.float64)
-    faces = np.asarray(mesh[1])
+    faces = as_given(mesh[1], "mesh")
     if vertices.ndim != 2 or faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu":
         raise ValueError(
             f"mesh: shapes {vertices.shape} and {faces.shape} of {faces.dtype}; expected vertices (n, 3) and faces "
