@@ -10,6 +10,7 @@ import numpy as np
 
 from . import (
     evidence_adversary,
+    evidence_buildings,
     evidence_contradictions,
     evidence_estimation,
     evidence_fits,
@@ -47,6 +48,7 @@ CHAPTERS = (
     evidence_others,
     evidence_scans,
     evidence_mapping,
+    evidence_buildings,
     evidence_objects,
     evidence_robots,
 )
