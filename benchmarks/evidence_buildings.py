@@ -81,10 +81,10 @@ def _corridor(rng: np.random.Generator, spacing: float = 0.0) -> Building:
 
 
 def _round(rng: np.random.Generator) -> Building:
-    """An oval room with two to six pieces of furniture."""
-    around = np.arange(72) * np.pi / 36
+    """An oval room of 24 walls with two to six pieces of furniture."""
+    around = np.arange(24) * np.pi / 12
     corners = rng.uniform(2, 7) * np.stack([np.cos(around), rng.uniform(1, 1.6) * np.sin(around)], 1)
-    places = corners[rng.integers(72, size=rng.integers(2, 7))]
+    places = corners[rng.integers(24, size=rng.integers(2, 7))]
     things = [block(*(p * rng.uniform(0.3, 0.9)), *rng.uniform(0.3, 1.5, 2), rng.uniform(0, 3)) for p in places]
     return Building(closed(corners), things, corners)
 
