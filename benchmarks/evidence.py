@@ -23,6 +23,7 @@ from . import (
     evidence_scans,
     evidence_views,
     evidence_vision,
+    evidence_walks,
     pages,
 )
 from .evidence_scenes import ROWS, Row
@@ -49,6 +50,7 @@ CHAPTERS = (
     evidence_scans,
     evidence_mapping,
     evidence_buildings,
+    evidence_walks,
     evidence_objects,
     evidence_robots,
 )

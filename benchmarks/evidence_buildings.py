@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from algorithms.mapping import Mapper, Match, Relocation, Scan, ScanStatus, match_scans, relocate
+from algorithms.mapping import Scan, match_scans, relocate
 from generated import pga2
 
 from .evidence_mapping import block, map_of, motor, ranges, right
-from .evidence_scenes import BOUND, Trial, row
+from .evidence_scenes import Trial, row
 
 _FAR = 30.0
 
@@ -52,7 +52,8 @@ def _hall(rng: np.random.Generator) -> Building:
             around = np.arange(6) * np.pi / 3
             things.append(closed(place + rng.uniform(0.15, 0.4) * np.stack([np.cos(around), np.sin(around)], 1)))
         else:
-            things.append(block(*place, *rng.uniform(0.4, 2.0, 2), rng.uniform(0, 3)))
+            width, depth = rng.uniform(0.4, 2.0, 2)
+            things.append(block(place[0], place[1], width, depth, rng.uniform(0, 3)))
     return Building(closed(corners), things, corners)
 
 
@@ -85,27 +86,28 @@ def _round(rng: np.random.Generator) -> Building:
     around = np.arange(24) * np.pi / 12
     corners = rng.uniform(2, 7) * np.stack([np.cos(around), rng.uniform(1, 1.6) * np.sin(around)], 1)
     places = corners[rng.integers(24, size=rng.integers(2, 7))]
-    things = [block(*(p * rng.uniform(0.3, 0.9)), *rng.uniform(0.3, 1.5, 2), rng.uniform(0, 3)) for p in places]
+    spots = [(p * rng.uniform(0.3, 0.9), rng.uniform(0.3, 1.5, 2), rng.uniform(0, 3)) for p in places]
+    things = [block(x, y, width, depth, angle) for (x, y), (width, depth), angle in spots]
     return Building(closed(corners), things, corners)
 
 
-def _building(rng: np.random.Generator) -> Building:
+def any_building(rng: np.random.Generator) -> Building:
     return (_hall, _corridor, _round)[rng.integers(3)](rng)
 
 
-def _free(walls: np.ndarray, places: np.ndarray, least: float = 0.3) -> bool:
+def is_free(walls: np.ndarray, places: np.ndarray, least: float = 0.3) -> bool:
     """Whether places are at least a length from all walls, and on the same side of them."""
     along, off = walls[:, 2:] - walls[:, :2], places[:, None] - walls[:, :2]
     t = np.clip((off * along).sum(-1) / (along**2).sum(-1), 0, 1)
     return bool(np.linalg.norm(off - t[..., None] * along, axis=-1).min() > least)
 
 
-def _pose(rng: np.random.Generator, building: Building) -> np.ndarray:
+def any_pose(rng: np.random.Generator, building: Building) -> np.ndarray:
     """A pose inside of a building and outside of its furniture."""
     while True:
         parts = rng.dirichlet(np.ones(len(building.corners)))
         place = parts @ building.corners + rng.uniform(-0.5, 0.5, 2)
-        if not _free(building.all, place[None]):
+        if not is_free(building.all, place[None]):
             continue
         if not any(_inside(each, place) for each in building.furniture) and _inside(building.walls, place):
             return np.array([*place, rng.uniform(-np.pi, np.pi)])
@@ -124,18 +126,19 @@ def _moved(rng: np.random.Generator, building: Building, pose: np.ndarray, most:
     """A pose up to a length and an angle away, with a clear way to it."""
     for _ in range(50):
         heading, length = rng.uniform(-np.pi, np.pi), rng.uniform(0.1, most)
-        found = pose + [length * np.cos(heading), length * np.sin(heading), rng.uniform(-turn, turn)]
-        if _free(building.all, pose[:2] + np.linspace(0, 1, 5)[:, None] * (found - pose)[:2]):
+        step = [length * np.cos(heading), length * np.sin(heading), rng.uniform(-turn, turn)]
+        found = np.asarray(pose + np.array(step))
+        if is_free(building.all, pose[:2] + np.linspace(0, 1, 5)[:, None] * (found - pose)[:2]):
             return found
-    return pose + [0, 0, rng.uniform(-turn, turn)]
+    return np.asarray(pose + np.array([0, 0, rng.uniform(-turn, turn)]))
 
 
-def _beams(rng: np.random.Generator) -> np.ndarray:
+def any_beams(rng: np.random.Generator) -> np.ndarray:
     span = rng.choice([np.pi, 1.5 * np.pi, 2 * np.pi - np.pi / 180])
     return np.asarray(np.linspace(-span / 2, span / 2, int(rng.choice([181, 361, 541]))))
 
 
-def _exact(rng: np.random.Generator) -> Sight:
+def exact(rng: np.random.Generator) -> Sight:
     return Sight(lambda measured, angles: measured, 1.0)
 
 
@@ -147,14 +150,14 @@ def _tilted(rng: np.random.Generator) -> Sight:
         down = np.sin(tilt) * np.cos(angles - about)
         with np.errstate(divide="ignore"):
             floor = np.where(down > 0, height / np.maximum(down, 1e-12), np.inf)
-        return np.minimum(measured / np.sqrt(1 - down**2), floor)
+        return np.asarray(np.minimum(measured / np.sqrt(1 - down**2), floor))
 
     return Sight(change, 1.0)
 
 
-def _offset(rng: np.random.Generator) -> Sight:
+def offset(rng: np.random.Generator) -> Sight:
     by = rng.choice([-1, 1]) * rng.uniform(0.05, 0.3)
-    return Sight(lambda measured, angles: np.maximum(measured + by, 0.02), 1.0)
+    return Sight(lambda measured, angles: np.asarray(np.maximum(measured + by, 0.02)), 1.0)
 
 
 def _scaled(rng: np.random.Generator) -> Sight:
@@ -162,7 +165,7 @@ def _scaled(rng: np.random.Generator) -> Sight:
     return Sight(lambda measured, angles: by * measured, 1.0)
 
 
-def _stepped(rng: np.random.Generator) -> Sight:
+def stepped(rng: np.random.Generator) -> Sight:
     return Sight(lambda measured, angles: measured, 1 - rng.uniform(0.02, 0.15))
 
 
@@ -179,7 +182,7 @@ def _glass(rng: np.random.Generator) -> Sight:
     return Sight(change, 1.0)
 
 
-def _crowded(rng: np.random.Generator) -> Sight:
+def crowded(rng: np.random.Generator) -> Sight:
     """People before a fifth to seven tenths of the beams."""
     share = rng.uniform(0.2, 0.7)
 
@@ -198,13 +201,13 @@ def _crowded(rng: np.random.Generator) -> Sight:
     return Sight(change, 1.0)
 
 
-def _scan(rng: np.random.Generator, walls: np.ndarray, pose: np.ndarray, beams: np.ndarray, sight: Sight) -> Scan:
+def scan_of(rng: np.random.Generator, walls: np.ndarray, pose: np.ndarray, beams: np.ndarray, sight: Sight) -> Scan:
     measured = sight.change(ranges(walls, pose, beams), beams) + 0.01 * rng.normal(size=len(beams))
     measured = np.where(measured < _FAR, measured, _FAR)
     return Scan(measured, sight.step * beams[0], sight.step * (beams[1] - beams[0]), _FAR)
 
 
-def _motion(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def motion_of(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.asarray(pga2.motor_product(pga2.motor_inverse(motor(a)), motor(b)))
 
 
@@ -212,14 +215,14 @@ def _matched(
     rng: np.random.Generator, sight: Sight, later: Sight | None = None, *, turn: float = 0.5, is_moved: bool = False
 ) -> Trial:
     """Two scans of a building by a scanner, the second one perhaps by another one, or with other furniture."""
-    building, beams = _building(rng), _beams(rng)
-    a = _pose(rng, building)
+    building, beams = any_building(rng), any_beams(rng)
+    a = any_pose(rng, building)
     b = _moved(rng, building, a, 0.8, turn)
     then = _rearranged(rng, building) if is_moved else building
-    one = _scan(rng, building.all, a, beams, sight)
-    two = _scan(rng, then.all, b, beams, later or sight)
+    one = scan_of(rng, building.all, a, beams, sight)
+    two = scan_of(rng, then.all, b, beams, later or sight)
     found = match_scans(one, two)
-    return Trial(found.status == 0, right(found, _motion(a, b)))
+    return Trial(found.status == 0, right(found, motion_of(a, b)))
 
 
 def _rearranged(rng: np.random.Generator, building: Building) -> Building:
@@ -235,12 +238,12 @@ def _rearranged(rng: np.random.Generator, building: Building) -> Building:
 
 @row("`match_scans`", "halls, corridors and oval rooms, up to 0.8 m and 29 degrees apart", good=True)
 def scans_of_buildings(rng: np.random.Generator) -> Trial:
-    return _matched(rng, _exact(rng))
+    return _matched(rng, exact(rng))
 
 
 @row("`match_scans`", "the same, furniture moved by 0.1 to 1.5 m between the scans")
 def scans_of_moved_furniture(rng: np.random.Generator) -> Trial:
-    return _matched(rng, _exact(rng), is_moved=True)
+    return _matched(rng, exact(rng), is_moved=True)
 
 
 @row("`match_scans`", "the same, one to four sectors of glass without echo, or through which more is seen")
@@ -255,7 +258,7 @@ def scans_tilted(rng: np.random.Generator) -> Trial:
 
 @row("`match_scans`", "the same, ranges off by 5 to 30 cm")
 def scans_offset(rng: np.random.Generator) -> Trial:
-    return _matched(rng, _offset(rng))
+    return _matched(rng, offset(rng))
 
 
 @row("`match_scans`", "the same, ranges wrong by 3 to 20 %")
@@ -265,23 +268,23 @@ def scans_scaled(rng: np.random.Generator) -> Trial:
 
 @row("`match_scans`", "the same, a step between beams that is stated 2 to 15 % too small, turned by up to 60 degrees")
 def scans_stepped(rng: np.random.Generator) -> Trial:
-    return _matched(rng, _stepped(rng), turn=1.0)
+    return _matched(rng, stepped(rng), turn=1.0)
 
 
 @row("`match_scans`", "the same, people before a fifth to seven tenths of the beams")
 def scans_of_crowds(rng: np.random.Generator) -> Trial:
-    return _matched(rng, _crowded(rng))
+    return _matched(rng, crowded(rng))
 
 
 @row("`match_scans`", "corridors in which doors of both sides repeat after 2 to 5 m, and no end is seen")
 def scans_of_repeated_doors(rng: np.random.Generator) -> Trial:
-    building, beams = _corridor(rng, rng.uniform(2, 5)), _beams(rng)
+    building, beams = _corridor(rng, rng.uniform(2, 5)), any_beams(rng)
     a = np.array([rng.uniform(-3, 3), rng.uniform(-0.5, 0.5), rng.uniform(-0.5, 0.5)])
     b = a + rng.uniform([-2, -0.2, -0.4], [2, 0.2, 0.4])
     b[1] = np.clip(b[1], -0.7, 0.7)
-    one, two = (_scan(rng, building.all, pose, beams, _cut(12.0)) for pose in (a, b))
+    one, two = (scan_of(rng, building.all, pose, beams, _cut(12.0)) for pose in (a, b))
     found = match_scans(one, two)
-    return Trial(found.status == 0, right(found, _motion(a, b)))
+    return Trial(found.status == 0, right(found, motion_of(a, b)))
 
 
 def _cut(limit: float) -> Sight:
@@ -292,7 +295,7 @@ def _campus(rng: np.random.Generator) -> tuple[list[Building], np.ndarray]:
     """Two to five buildings, moved apart and turned, and the walls of all."""
     found = []
     for k in range(rng.integers(2, 6)):
-        building, angle = _building(rng), rng.choice([0, rng.uniform(-np.pi, np.pi)])
+        building, angle = any_building(rng), rng.choice([0, rng.uniform(-np.pi, np.pi)])
         c, s = np.cos(angle), np.sin(angle)
         turn, shift = np.array([[c, s], [-s, c]]), np.array([40.0 * k, 0])
 
@@ -308,19 +311,19 @@ def _located(rng: np.random.Generator, sight: Sight, *, is_moved: bool = False) 
     buildings, walls = _campus(rng)
     home = buildings[rng.integers(len(buildings))]
     now = _rearranged(rng, home) if is_moved else home
-    pose, beams = _pose(rng, now), _beams(rng)
-    found = relocate(_scan(rng, now.all, pose, beams, sight), map_of(walls))
+    pose, beams = any_pose(rng, now), any_beams(rng)
+    found = relocate(scan_of(rng, now.all, pose, beams, sight), map_of(walls))
     return Trial(found.status == 0, right(found, motor(pose)))
 
 
 @row("`relocate`", "maps of two to five halls, corridors and oval rooms", good=True, slow=True)
 def places_in_buildings(rng: np.random.Generator) -> Trial:
-    return _located(rng, _exact(rng))
+    return _located(rng, exact(rng))
 
 
 @row("`relocate`", "the same, furniture moved by 0.1 to 1.5 m", slow=True)
 def places_with_moved_furniture(rng: np.random.Generator) -> Trial:
-    return _located(rng, _exact(rng), is_moved=True)
+    return _located(rng, exact(rng), is_moved=True)
 
 
 @row("`relocate`", "the same, one to four sectors of glass", slow=True)
@@ -335,120 +338,14 @@ def places_tilted(rng: np.random.Generator) -> Trial:
 
 @row("`relocate`", "the same, ranges off by 5 to 30 cm, or by 3 to 20 %", slow=True)
 def places_offset(rng: np.random.Generator) -> Trial:
-    return _located(rng, _offset(rng) if rng.random() < 0.5 else _scaled(rng))
+    return _located(rng, offset(rng) if rng.random() < 0.5 else _scaled(rng))
 
 
 @row("`relocate`", "the same, a step between beams that is stated 2 to 15 % too small", slow=True)
 def places_stepped(rng: np.random.Generator) -> Trial:
-    return _located(rng, _stepped(rng))
+    return _located(rng, stepped(rng))
 
 
 @row("`relocate`", "the same, people before a fifth to seven tenths of the beams", slow=True)
 def places_in_crowds(rng: np.random.Generator) -> Trial:
-    return _located(rng, _crowded(rng))
-
-
-_COUNT = 40
-"""Scans of a walk."""
-
-
-def _walk(rng: np.random.Generator, building: Building) -> list[np.ndarray]:
-    """Poses 0.2 to 0.6 m apart, mostly ahead; where there is no way, the robot turns."""
-    poses = [_pose(rng, building)]
-    while len(poses) < _COUNT:
-        a = poses[-1]
-        for _ in range(20):
-            turn, length = rng.uniform(-0.4, 0.4), rng.uniform(0.2, 0.6)
-            b = a + [length * np.cos(a[2] + turn / 2), length * np.sin(a[2] + turn / 2), turn]
-            if _free(building.all, a[:2] + np.linspace(0, 1, 5)[:, None] * (b - a)[:2]):
-                break
-        else:
-            b = a + [0, 0, rng.choice([-0.6, 0.6])]
-        poses.append(b)
-    return poses
-
-
-class Drive(NamedTuple):
-    """Poses of a robot, and the motions that its odometry measures; None where it measures none."""
-
-    poses: list[np.ndarray]
-    motions: list[np.ndarray | None]
-
-
-def _drive(rng: np.random.Generator, building: Building) -> Drive:
-    """A walk with errors of odometry of a degree and 2 cm a step."""
-    poses = _walk(rng, building)
-    found: list[np.ndarray | None] = []
-    for a, b in zip(poses[:-1], poses[1:], strict=True):
-        found.append(np.asarray(pga2.motor_product(_motion(a, b), motor(rng.normal(size=3) * [0.02, 0.02, 0.02]))))
-    return Drive(poses, found)
-
-
-def _mapped(rng: np.random.Generator, building: Building, drive: Drive, sights: Callable[[], Sight]) -> Trial:
-    """Whether the last pose of a map is right to 20 cm and 2 degrees, or within its bound."""
-    mapper, beams, odometry = Mapper(), _beams(rng), np.array([1.0, 0, 0, 0])
-    for pose, motion in zip(drive.poses, [odometry, *drive.motions], strict=True):
-        if motion is not None:
-            odometry = np.asarray(pga2.normalize_motor(pga2.motor_product(odometry, motion)))
-        scan = _scan(rng, building.all, pose, beams, sights())
-        step = mapper.add(scan, None if motion is None else odometry)
-    off = pga2.motor_product(pga2.motor_inverse(step.motor), _motion(drive.poses[0], drive.poses[-1]))
-    angle, shift = pga2.motor_to_angle_translation(off)
-    error = np.array([angle, *shift])
-    is_near = np.linalg.norm(shift) < 0.2 and abs(angle) < np.radians(2)
-    is_within = error @ np.linalg.lstsq(step.covariance, error, rcond=None)[0] < BOUND**2
-    return Trial(step.status in (ScanStatus.ADDED, ScanStatus.STANDING), bool(is_near or is_within))
-
-
-@row("`Mapper`", "40 scans of a walk through a hall, a corridor or an oval room", good=True, slow=True)
-def maps_of_buildings(rng: np.random.Generator) -> Trial:
-    building, sight = _building(rng), _exact(rng)
-    return _mapped(rng, building, _drive(rng, building), lambda: sight)
-
-
-@row("`Mapper`", "the same, wheels slip by 20 to 60 degrees and up to 0.3 m in three of the steps", slow=True)
-def maps_with_slips(rng: np.random.Generator) -> Trial:
-    building, sight = _building(rng), _exact(rng)
-    drive = _drive(rng, building)
-    for k in rng.choice(_COUNT - 1, 3, replace=False):
-        slip = motor(np.array([*rng.uniform(-0.3, 0.3, 2), rng.choice([-1, 1]) * rng.uniform(0.35, 1.05)]))
-        drive.motions[k] = np.asarray(pga2.motor_product(drive.motions[k], slip))
-    return _mapped(rng, building, drive, lambda: sight)
-
-
-@row("`Mapper`", "the same, carried to another place of the building once, while odometry continues", slow=True)
-def maps_of_carried_robots(rng: np.random.Generator) -> Trial:
-    building, sight = _building(rng), _exact(rng)
-    one, two = _drive(rng, building), _drive(rng, building)
-    half, lost = _COUNT // 2, np.array([1.0, 0, 0, 0])
-    drive = Drive(one.poses[:half] + two.poses[half:], [*one.motions[: half - 1], lost, *two.motions[half:]])
-    return _mapped(rng, building, drive, lambda: sight)
-
-
-@row("`Mapper`", "the same without odometry", slow=True)
-def maps_without_odometry(rng: np.random.Generator) -> Trial:
-    building, sight = _building(rng), _exact(rng)
-    drive = _drive(rng, building)
-    return _mapped(rng, building, Drive(drive.poses, [None] * (_COUNT - 1)), lambda: sight)
-
-
-@row("`Mapper`", "the same, odometry that measures 20 to 60 % too little or too much", slow=True)
-def maps_with_scaled_odometry(rng: np.random.Generator) -> Trial:
-    building, sight = _building(rng), _exact(rng)
-    drive, factor = _drive(rng, building), 1 + rng.choice([-1, 1]) * rng.uniform(0.2, 0.6)
-    for k, motion in enumerate(drive.motions):
-        angle, shift = pga2.motor_to_angle_translation(motion)
-        drive.motions[k] = motor(np.array([*(factor * np.asarray(shift)), angle]))
-    return _mapped(rng, building, drive, lambda: sight)
-
-
-@row("`Mapper`", "the same, people before a fifth to seven tenths of the beams, others in each scan", slow=True)
-def maps_in_crowds(rng: np.random.Generator) -> Trial:
-    building = _building(rng)
-    return _mapped(rng, building, _drive(rng, building), lambda: _crowded(rng))
-
-
-@row("`Mapper`", "the same, ranges off by 5 to 30 cm, or a step between beams that is 2 to 15 % too small", slow=True)
-def maps_by_faulty_scanners(rng: np.random.Generator) -> Trial:
-    building, sight = _building(rng), (_offset, _stepped)[rng.integers(2)](rng)
-    return _mapped(rng, building, _drive(rng, building), lambda: sight)
+    return _located(rng, crowded(rng))

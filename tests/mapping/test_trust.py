@@ -90,7 +90,9 @@ def test_readings_that_see_through_walls_outvote_a_motion() -> None:
     rng = np.random.default_rng(5)
     walls = box(0, 0, 8, 6)
     behind = np.array([[-0.5, -1, 2.5, -1], [2.5, -1, 2.5, 1], [2.5, 1, -0.5, 1]])
-    open_room, closed_room = (outline_of(scan_at(rng, w, np.zeros(3))) for w in (walls, np.concatenate([walls, behind])))
+    open_room, closed_room = (
+        outline_of(scan_at(rng, w, np.zeros(3))) for w in (walls, np.concatenate([walls, behind]))
+    )
     alike, different = support(open_room, open_room, IDENTITY, 0.15), support(open_room, closed_room, IDENTITY, 0.15)
     assert alike.contradicting == alike.share == 0 and not alike.is_outvoted
     assert different.share > 0.3 and different.is_outvoted
