@@ -15,6 +15,7 @@ from . import (
     evidence_estimation,
     evidence_fits,
     evidence_focal,
+    evidence_lidar,
     evidence_mapping,
     evidence_misfits,
     evidence_objects,
@@ -51,6 +52,7 @@ CHAPTERS = (
     evidence_mapping,
     evidence_buildings,
     evidence_walks,
+    evidence_lidar,
     evidence_objects,
     evidence_robots,
 )
