@@ -33,7 +33,8 @@ PAGE = Path("docs/evidence.md")
 BEFORE = Path(__file__).with_name("evidence_before.json")
 """Counts of the version before `algorithms.evidence`, commit 77c814e3, with the same scenes: of each row the number of
 trials, how many were OK and wrong, and how many were refused. Rows of `evidence_contradictions` are of 52fa09b6, those
-of `evidence_adversary` of 0a063ed7, and those of `evidence_fits` of 80c47a70."""
+of `evidence_adversary` of 0a063ed7, those of `evidence_fits` of 80c47a70, and those of `evidence_buildings` and
+`evidence_walks` of 118aa86a."""
 SEED = 2026
 """Scenes of other seeds were used while thresholds were chosen."""
 SLOW = 200
