@@ -34,7 +34,7 @@ class Support(NamedTuple):
     contradicting: float
     """The count of readings where the other scan has seen through."""
     share: float
-    """The share of readings where the other scan has seen through."""
+    """The share of readings where the other scan has seen through, of the scan that has more of them."""
 
     @property
     def is_outvoted(self) -> bool:
