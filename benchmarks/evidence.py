@@ -10,11 +10,13 @@ import numpy as np
 
 from . import (
     evidence_adversary,
+    evidence_buildings,
     evidence_contradictions,
     evidence_estimation,
     evidence_fits,
     evidence_focal,
     evidence_hand_eye,
+    evidence_lidar,
     evidence_mapping,
     evidence_misfits,
     evidence_objects,
@@ -23,6 +25,7 @@ from . import (
     evidence_scans,
     evidence_views,
     evidence_vision,
+    evidence_walks,
     pages,
 )
 from .evidence_scenes import ROWS, Row
@@ -31,7 +34,8 @@ PAGE = Path("docs/evidence.md")
 BEFORE = Path(__file__).with_name("evidence_before.json")
 """Counts of the version before `algorithms.evidence`, commit 77c814e3, with the same scenes: of each row the number of
 trials, how many were OK and wrong, and how many were refused. Rows of `evidence_contradictions` are of 52fa09b6, those
-of `evidence_adversary` of 0a063ed7, and those of `evidence_fits` of 80c47a70."""
+of `evidence_adversary` of 0a063ed7, those of `evidence_fits` of 80c47a70, and those of `evidence_buildings` and
+`evidence_walks` of 118aa86a."""
 SEED = 2026
 """Scenes of other seeds were used while thresholds were chosen."""
 SLOW = 200
@@ -49,6 +53,9 @@ CHAPTERS = (
     evidence_others,
     evidence_scans,
     evidence_mapping,
+    evidence_buildings,
+    evidence_walks,
+    evidence_lidar,
     evidence_objects,
     evidence_robots,
 )

@@ -22,7 +22,7 @@ class _Walls(NamedTuple):
     ends: np.ndarray
 
 
-def _map_of(walls: np.ndarray) -> _Walls:
+def map_of(walls: np.ndarray) -> _Walls:
     along = walls[:, 2:] - walls[:, :2]
     normals = np.stack([-along[:, 1], along[:, 0]], 1) / np.linalg.norm(along, axis=1)[:, None]
     both = np.concatenate([normals, -normals])
@@ -125,7 +125,7 @@ def motor(pose: np.ndarray) -> np.ndarray:
     return np.asarray(pga2.motor_from_angle_translation(pose[2], pose[:2]))
 
 
-def _right(found: Match | Relocation, truth: np.ndarray) -> bool:
+def right(found: Match | Relocation, truth: np.ndarray) -> bool:
     """Whether a motion is right to 20 cm and 2 degrees, or within its bound."""
     off = pga2.motor_product(found.motor, pga2.motor_inverse(truth))
     angle, shift = pga2.motor_to_angle_translation(off)
@@ -144,7 +144,7 @@ def scans_of_flats(rng: np.random.Generator) -> Trial:
     one, two = (_scan(rng, ranges(walls, pose, beams), beams) for pose in (a, b))
     found = match_scans(one, two)
     return Trial(
-        found.status == 0, _right(found, np.asarray(pga2.motor_product(pga2.motor_inverse(motor(a)), motor(b))))
+        found.status == 0, right(found, np.asarray(pga2.motor_product(pga2.motor_inverse(motor(a)), motor(b))))
     )
 
 
@@ -159,7 +159,7 @@ def scans_of_round_rooms(rng: np.random.Generator) -> Trial:
         scans.append(_scan(rng, -inward + np.sqrt(radius**2 - pose[:2] @ pose[:2] + inward**2), beams))
     truth = np.asarray(pga2.motor_product(pga2.motor_inverse(motor(poses[0])), motor(poses[1])))
     found = match_scans(*scans)
-    return Trial(found.status == 0, _right(found, truth))
+    return Trial(found.status == 0, right(found, truth))
 
 
 @row("`match_scans`", "halls of 15 to 40 m with pillars; readings are cut off at 5 to 10 m, and 30 m are stated")
@@ -176,7 +176,7 @@ def scans_at_their_limit(rng: np.random.Generator) -> Trial:
     one, two = (Scan(np.minimum(each, limit), beams[0], beams[1] - beams[0], _FAR) for each in noisy)
     found = match_scans(one, two)
     truth = np.asarray(pga2.motor_product(pga2.motor_inverse(motor(a)), motor(b)))
-    return Trial(found.status == 0, found.status == 0 and _right(found, truth))
+    return Trial(found.status == 0, found.status == 0 and right(found, truth))
 
 
 @row("`match_scans`", "two flats; wrong: OK at all, since rooms look alike")
@@ -197,7 +197,7 @@ def scans_of_corridors(rng: np.random.Generator) -> Trial:
     one, two = (_scan(rng, ranges(walls, pose, beams), beams) for pose in (a, b))
     found = match_scans(one, two)
     return Trial(
-        found.status == 0, _right(found, np.asarray(pga2.motor_product(pga2.motor_inverse(motor(a)), motor(b))))
+        found.status == 0, right(found, np.asarray(pga2.motor_product(pga2.motor_inverse(motor(a)), motor(b))))
     )
 
 
@@ -205,8 +205,8 @@ def scans_of_corridors(rng: np.random.Generator) -> Trial:
 def places_in_flats(rng: np.random.Generator) -> Trial:
     walls, rooms = _flat(rng)
     pose, beams = _place(rng, walls, rooms), _beams(rng)
-    found = relocate(_scan(rng, ranges(walls, pose, beams), beams, int(rng.integers(3))), _map_of(walls))
-    return Trial(found.status == 0, _right(found, motor(pose)))
+    found = relocate(_scan(rng, ranges(walls, pose, beams), beams, int(rng.integers(3))), map_of(walls))
+    return Trial(found.status == 0, right(found, motor(pose)))
 
 
 @row("`relocate`", "flats whose map lacks 30 % of the walls and of the furniture, or the room of the scan", slow=True)
@@ -218,8 +218,8 @@ def places_in_changed_flats(rng: np.random.Generator) -> Trial:
         known = rng.random(len(walls)) > 0.3
     else:
         known = np.linalg.norm(middle - pose[:2], axis=1) > rng.uniform(3, 6)
-    found = relocate(_scan(rng, ranges(walls, pose, beams), beams, 2), _map_of(walls[known]))
-    return Trial(found.status == 0, _right(found, motor(pose)))
+    found = relocate(_scan(rng, ranges(walls, pose, beams), beams, 2), map_of(walls[known]))
+    return Trial(found.status == 0, right(found, motor(pose)))
 
 
 def _walk(rng: np.random.Generator, walls: np.ndarray, rooms: np.ndarray, count: int) -> list[np.ndarray]:
@@ -243,7 +243,7 @@ def _after_some_scans(rng: np.random.Generator, count: int, share: float) -> Tri
     """Whether a robot knows its place within some scans, in a map that lacks a share of the walls."""
     walls, rooms = _flat(rng)
     known = rng.random(len(walls)) >= share
-    finder, beams, before = Relocator(_map_of(walls[known])), _beams(rng), None
+    finder, beams, before = Relocator(map_of(walls[known])), _beams(rng), None
     for pose in _walk(rng, walls, rooms, count):
         motion = None
         if before is not None:
@@ -253,7 +253,7 @@ def _after_some_scans(rng: np.random.Generator, count: int, share: float) -> Tri
         before = pose
         found = finder.add(_scan(rng, ranges(walls, pose, beams), beams, int(rng.integers(3))), motion)
         if found.status == 0:
-            return Trial(True, _right(found, motor(pose)))
+            return Trial(True, right(found, motor(pose)))
     return Trial(False, False)
 
 

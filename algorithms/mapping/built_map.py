@@ -33,6 +33,10 @@ class ScanStatus(Status):
     ASSUMED = 6
     """Without odometry, the scan and the previous one do not determine the motion. The scan was added at a motion which
     agrees with the readings, such as the last one again; the covariance is that of an unknown motion."""
+    LOST = 7
+    """The scan agrees with the ones before it and was added, or the robot stands, but scans contradict the odometry at
+    some time before, and nothing has shown yet where in the map the robot was then. The covariance is that of an
+    unknown motion, and the scans before that time are the part of the map that is certain."""
 
 
 REFUSED = (ScanStatus.TOO_FEW_READINGS, ScanStatus.NOT_MATCHED, ScanStatus.ODOMETRY_JUMP)
@@ -87,6 +91,8 @@ class MapStep:
     n_scans: int
     n_added: int
     n_loops: int
+    lost_since: int | None = None
+    """The scan since which the place in the map is unknown; None if it is known."""
 
     @property
     def pose(self) -> Reals:
@@ -106,6 +112,8 @@ class BuiltMap:
     line_map: LineMap
     added: Reals
     """(k,) int. The scans that were added to the map."""
+    certain: Reals
+    """(k,) bool. Whether scans tie each of these to the first one, rather than odometry that they contradict."""
     closures: Reals
     """(m, 2) int. Pairs of scans, earlier and later, between which a loop was closed."""
     n_wrong_closures: int

@@ -13,6 +13,7 @@ from generated import pga2
 
 from ..arguments import Reals
 from .line_map import LineMap
+from .segments import Segments
 
 _BIN = 0.1
 """The length of the pieces for which readings are counted, in metres."""
@@ -73,6 +74,37 @@ def seen_through(line_map: LineMap, views: Iterable[View]) -> tuple[LineMap, flo
             _count(line_map, probes, bins, view)
     residual = float(np.sqrt(bins.square / bins.n_hits)) if bins.n_hits else float("nan")
     return _split(line_map, bins), residual
+
+
+def fused(
+    found: Iterable[Segments], views: list[View], min_views: int, min_segment: float, most: int
+) -> tuple[LineMap, float]:
+    """Fuse the segments of scans into a map, without pieces that beams pass through.
+
+    Parameters
+    ----------
+    found : iterable of Segments
+        Of each scan.
+    views : list of View
+        The readings of each scan, and its pose.
+    min_views : int
+        The number of scans in which a segment of the map was found, at least.
+    min_segment : float
+        The length of the shortest segment.
+    most : int
+        The longest ones up to this number are kept.
+
+    Returns
+    -------
+    line_map : LineMap
+    residual : float
+        As of `seen_through`.
+    """
+    line_map = LineMap.empty()
+    for each, view in zip(found, views, strict=True):
+        line_map = line_map.updated(each, view.motor).map
+    cut, residual = seen_through(line_map.merged().pruned(min_views, min_segment), views)
+    return cut.merged().pruned(min_views, min_segment, most), residual
 
 
 class _Probes:

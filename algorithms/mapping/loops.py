@@ -10,10 +10,12 @@ from generated import pga2
 
 from ..arguments import Reals
 from .keyframes import Keyframes
-from .matching import match_scans
+from .matching import EXPLAINED, match_scans
 from .motions import are_near, length_and_angle, relative
+from .outlines import outline_of
 from .scan import Scan
 from .status import MappingStatus
+from .support import support
 from .surfaces import Alignment, Surface, align
 
 _OLDER = 8.0
@@ -122,6 +124,38 @@ def find_far_loop(path: Keyframes, scans: StoredScans, since: float) -> Closure 
     return None
 
 
+def find_certain(path: Keyframes, scans: StoredScans, certain: Reals, first: int) -> Closure | None:
+    """Look for a pose in the certain part of a path at which the scan of the last pose was taken, without a prior.
+
+    Parameters
+    ----------
+    path : Keyframes
+    scans : StoredScans
+        The scans at the poses.
+    certain : array, (n,)
+        Whether each pose is certain.
+    first : int
+        The first one of the last poses between which all motions are measured.
+
+    Notes
+    -----
+    A few poses are tried for each scan, spread over the path, and others for the next one.
+    """
+    last, rows = len(path) - 1, np.flatnonzero(certain)
+    scan = scans[last]
+    for row in rows[last % -(-len(rows) // _MOST_TRIED) :: -(-len(rows) // _MOST_TRIED)].tolist():
+        match = match_scans(scans[row], scan)
+        if match.status != MappingStatus.OK or match.score < _SCORE:
+            continue
+        # Without a prior, places that look alike differ in what scans see through.
+        if support(outline_of(scans[row]), outline_of(scan), match.motor, EXPLAINED).contradicting >= 1:
+            continue
+        found = _compared(path, row, match.motor, rows, first)
+        if found is not None:
+            return found
+    return None
+
+
 def agree(path: Keyframes, a: Closure, b: Closure) -> bool:
     """Return whether two closures correct the path alike."""
     corrections = []
@@ -135,16 +169,24 @@ def agree(path: Keyframes, a: Closure, b: Closure) -> bool:
     return bool(are_near(one, other, *_AGREED))
 
 
-def _compared(path: Keyframes, other: int, start: Reals) -> Closure | None:
-    """Align the submap before the last pose with that around another one."""
+def _compared(
+    path: Keyframes, other: int, start: Reals, allowed: Reals | None = None, first: int = 0
+) -> Closure | None:
+    """Align the submap of poses from `first` to the last one with that around another one.
+
+    The latter is made of allowed poses, or else of those that are earlier by a length of the path.
+    """
     last = len(path) - 1
     rows = np.arange(max(other - _AROUND, 0), min(other + _AROUND + 1, last))
-    rows = rows[path.travelled[last] - path.travelled[rows] > _OLDER / 2]
-    seen = _thinned(path.parts(np.arange(max(last - _BEFORE, 0), last + 1), last))
+    if allowed is None:
+        rows = rows[path.travelled[last] - path.travelled[rows] > _OLDER / 2]
+    else:
+        rows = np.intersect1d(rows, allowed)
+    seen = _thinned(path.parts(np.arange(max(last - _BEFORE, first), last + 1), last))
     if len(seen.points) < _FEWEST_POINTS:
         return None
     found = align(path.submap(rows, other), seen, start)
-    if not is_certain(found):
+    if not (is_certain(found) if allowed is None else _agrees(found)):
         return None
     shift = relative(relative(path.motors[other], path.motors[last]), found.motor)
     return Closure((other, last), found.motor, found.information, sum(length_and_angle(shift)))
@@ -152,8 +194,17 @@ def _compared(path: Keyframes, other: int, start: Reals) -> Closure | None:
 
 def is_certain(found: Alignment) -> bool:
     """Return whether an alignment fits well and is determined in all directions."""
+    return found.share >= _SHARE and _is_determined(found)
+
+
+def _agrees(found: Alignment) -> bool:
+    """Return the same of what both submaps show: a lost robot may see walls that the map does not have."""
+    return found.agreement >= _SHARE and _is_determined(found)
+
+
+def _is_determined(found: Alignment) -> bool:
     values = np.linalg.eigvalsh(found.information[1:, 1:])
-    return bool(found.share >= _SHARE and found.rms <= _RMS and values[0] >= _DETERMINED * values[1])
+    return bool(found.rms <= _RMS and values[0] >= _DETERMINED * values[1])
 
 
 def _thinned(parts: list[Surface]) -> Surface:

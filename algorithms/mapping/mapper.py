@@ -12,9 +12,9 @@ from generated import pga2
 from ..arguments import Reals, finite_number
 from .built_map import BuildSettings, BuiltMap, MapStep, Progress, ScanStatus
 from .keyframes import IDENTITY, Keyframes
-from .line_map import LineMap
-from .line_views import View, seen_through
-from .loops import Closure, StoredScans, agree, find_far_loop, find_loop
+from .line_views import View, fused
+from .loop_closing import Loops
+from .loops import StoredScans
 from .matching import match_scans
 from .motions import length_and_angle, relative
 from .odometry_noise import OdometryNoise, pose_of
@@ -31,12 +31,6 @@ _CREDIBLE = 20.0
 _CERTAIN = 0.85
 """The share of readings on known surfaces from which a motion is accepted although odometry contradicts it."""
 _TURNS = np.radians([7.0, -7.0, 14.0, -14.0, 25.0, -25.0])
-_SHIFT, _RARELY, _MOST_NEW_LOOPS = 0.15, 100, 50
-"""Poses are optimised if a loop moves the last one by more than this and the path is longer by a hundredth, or after
-this many loops."""
-_LONG_AGO, _SELDOM, _CONFIRMED_WITHIN = 25.0, 3, 8.0
-"""Loops without a prior are looked for at every third scan after this length of path without a loop, in metres, and
-are confirmed by another one within this length."""
 _MOST_UNMATCHED = 1
 """After this many scans in sequence that do not match, the next one is added by odometry alone."""
 _LONGEST_STEP, _FASTEST = 3.0, 2.0
@@ -47,6 +41,10 @@ _SHARE_OF_ANGLE, _SHARE_OF_LENGTH = 0.1, 0.15
 """What standard deviations grow by, as a share of the angle and the length of a motion."""
 _LOST = np.array([np.radians(30.0), 1.0, 1.0])
 """Standard deviations of the motion between two scans without odometry."""
+_RARE = 3.3
+"""From a probability: deviations that a number exceeds with a probability of a thousandth."""
+_KNOWN = (ScanStatus.ADDED, ScanStatus.ASSUMED, ScanStatus.STANDING, ScanStatus.LOST)
+"""The statuses of scans at a known motion from the scans before them."""
 
 
 class Mapper:
@@ -74,6 +72,9 @@ class Mapper:
 
     Scans are compared once odometry has moved by the least length or angle of the settings; until then they are
     STANDING. Odometry that rests while most readings change has failed, and counts as missing.
+
+    Where scans contradict the odometry, the robot may have been carried. The scans that follow are LOST until two of
+    them match scans of the map before, without a prior, and both agree on the place.
     """
 
     def __init__(self, settings: BuildSettings | None = None) -> None:
@@ -87,8 +88,6 @@ class Mapper:
         self._added: list[int] = []
         self._segments: list[Segments] = []
         self._scans = StoredScans()
-        self._pending: Closure | None = None
-        """A loop without a prior that no other one has confirmed."""
         self._motion: Reals = IDENTITY
         self._spread: Reals = np.zeros((3, 3))
         """The last estimate of the pose in the frame of the last added scan, and its covariance."""
@@ -102,10 +101,9 @@ class Mapper:
         """The variances of the motion by odometry and by scans since the last added one: angle, x, y."""
         self._noise = OdometryNoise()
         self._unmatched = 0
-        self._closed_at = 0.0
+        self._loops = Loops()
         self._speed = IDENTITY
         """The motion between the last two added scans."""
-        self._new_loops, self._optimised_at = 0, 0
 
     @property
     def status(self) -> ScanStatus | None:
@@ -154,26 +152,31 @@ class Mapper:
         if not isinstance(scan, Scan):
             raise TypeError(f"scan: {type(scan).__name__}; expected a Scan")
         seconds = None if time is None else finite_number(time, "time")
-        n_loops, optimised_at = len(self._path.loops), self._optimised_at
+        n_loops, optimised_at = len(self._path.loops), self._loops.optimised_at
         self._take(scan, pose_of(odometry), seconds)
         loops = self._path.loops
         closure = None if len(loops) == n_loops else tuple(self._added[row] for row in loops[-1])
         return MapStep(
-            self.motor, ScanStatus(self._statuses[-1]), self.covariance, closure, self._optimised_at != optimised_at,
-            len(self._statuses), len(self._path), len(loops),
+            self.motor, ScanStatus(self._statuses[-1]), self.covariance, closure,
+            self._loops.optimised_at != optimised_at, len(self._statuses), len(self._path), len(loops),
+            self._lost_since(),
         )  # fmt: skip
+
+    def _lost_since(self) -> int | None:
+        row = self._loops.parts.lost_since
+        return None if row is None else self._added[row]
 
     def _take(self, scan: Scan, odometry: Reals | None, time: float | None) -> None:
         self._times.append(np.nan if time is None else float(time))
         measured = self._predict(scan, odometry)
         # The motion of a sequence of scans that do not match may be that much for each of them.
         self._spread = np.diag(self._variances() if measured else (_LOST * (1 + self._unmatched)) ** 2)
-        self._keep_or_add(scan, measured)
-        known = measured or self._statuses[-1] in (ScanStatus.ADDED, ScanStatus.ASSUMED, ScanStatus.STANDING)
+        self._keep_or_add(scan, odometry, measured)
+        known = measured or self._statuses[-1] in _KNOWN
         if known and not self._rests:
             self._last = scan
 
-    def _keep_or_add(self, scan: Scan, measured: bool) -> None:
+    def _keep_or_add(self, scan: Scan, odometry: Reals | None, measured: bool) -> None:
         few = len(scan.beams) < self._options.min_points
         if not few and len(self._path) and measured and self._is_near():
             self._keep(ScanStatus.STANDING)
@@ -184,7 +187,7 @@ class Mapper:
         elif not len(self._path):
             self._extend(scan, seen, IDENTITY, np.eye(3), ScanStatus.ADDED)
         else:
-            self._match(scan, seen, measured)
+            self._match(scan, seen, measured, odometry is not None)
 
     def _predict(self, scan: Scan, odometry: Reals | None) -> bool:
         """Move the estimate by odometry, or else by the last scan, and return whether one of them is known."""
@@ -225,6 +228,8 @@ class Mapper:
         return bool(length < self._options.min_length and angle < self._options.min_angle)
 
     def _keep(self, status: ScanStatus) -> None:
+        if status in (ScanStatus.ADDED, ScanStatus.STANDING) and self._loops.parts.lost_since is not None:
+            status = ScanStatus.LOST
         self._statuses.append(status)
         self._bases.append(len(self._path) - 1)
         self._offsets.append(self._motion)
@@ -238,13 +243,16 @@ class Mapper:
         self._motion, self._spread, self._unmatched = IDENTITY, np.zeros((3, 3)), 0
         self._uncertain, self._by_scans = _SPREAD**2, np.zeros(3)
         self._keep(status)
-        if self._options.close_loops:
-            self._close_loop()
+        if self._options.close_loops and self._loops.close(self._path, self._scans):
+            # Scans have shown where a lost robot is.
+            self._statuses[-1] = ScanStatus.ADDED
 
-    def _match(self, scan: Scan, seen: Surface, measured: bool) -> None:
+    def _match(self, scan: Scan, seen: Surface, measured: bool, has_odometry: bool) -> None:
         last = len(self._path) - 1
-        reference = self._path.submap(np.arange(max(last + 1 - self._options.n_recent, 0), last + 1), last)
+        first = max(last + 1 - self._options.n_recent, self._loops.parts.start)
+        reference = self._path.submap(np.arange(first, last + 1), last)
         prior = np.diag(1 / np.diag(self._spread))
+        has_failed = has_odometry and not self._by_odometry and not self._jumped
         # Without a prediction, robots go on as before, or have stopped.
         guesses = [self._motion] if measured else [self._speed, self._motion]
         best = self._aligned(scan, seen, reference, guesses, prior)
@@ -257,15 +265,20 @@ class Mapper:
                 self._noise.add(np.array([angle, *shift]), self._uncertain)
             # Without a prediction, the readings agree with the motion but do not prove it.
             information = best.information + prior if measured else prior
+            if has_failed and self._is_far(best.motor):
+                # Rooms look alike.
+                information = self._loops.begin_part(len(self._path))
             self._motion, self._spread = best.motor, np.linalg.inv(information)
             if not measured and self._is_near():
                 self._keep(ScanStatus.STANDING)
             else:
-                status = ScanStatus.ADDED if measured else ScanStatus.ASSUMED
+                if not measured and has_odometry:
+                    information = self._loops.begin_part(len(self._path))
+                status = ScanStatus.ADDED if measured or has_odometry else ScanStatus.ASSUMED
                 self._extend(scan, seen, best.motor, information, status)
             return
         recovered = earlier_match(self._path, self._scans, scan, seen, self._motion)
-        if recovered is not None:
+        if recovered is not None and not (has_failed and recovered[0] != last):
             row, found = recovered
             last = len(self._path) - 1
             there = pga2.motor_product(self._path.motors[row], found.motor)
@@ -280,9 +293,14 @@ class Mapper:
             return
         self._unmatched += 1
         if measured and self._unmatched > _MOST_UNMATCHED:
-            self._extend(scan, seen, self._motion, prior, ScanStatus.BY_ODOMETRY)
+            self._extend(scan, seen, self._motion, self._loops.begin_part(len(self._path)), ScanStatus.BY_ODOMETRY)
         else:
             self._keep(ScanStatus.ODOMETRY_JUMP if self._jumped else ScanStatus.NOT_MATCHED)
+
+    def _is_far(self, motion: Reals) -> bool:
+        """Return whether a motion is larger than those between two scans are, with a probability of a thousandth."""
+        angle, shift = pga2.motor_to_angle_translation(motion)
+        return bool((np.abs([angle, *shift]) > _RARE * _LOST * (1 + self._unmatched)).any())
 
     def _aligned(
         self, scan: Scan, seen: Surface, reference: Reference, guesses: list[Reals], prior: Reals
@@ -317,45 +335,15 @@ class Mapper:
                 break
         return best
 
-    def _close_loop(self) -> None:
-        here = float(self._path.travelled[-1])
-        found = find_loop(self._path, here - self._closed_at)
-        if found is not None:
-            self._pending = None
-        elif here - self._closed_at > _LONG_AGO and len(self._path) % _SELDOM == 0:
-            found = self._confirmed(find_far_loop(self._path, self._scans, here - self._closed_at))
-        if found is None:
-            return
-        self._closed_at = here
-        self._path.add_loop(found.edge, found.motion, found.information)
-        self._new_loops += 1
-        n = len(self._path)
-        is_due = found.shift > _SHIFT and n - self._optimised_at > n / _RARELY
-        if is_due or self._new_loops > max(_MOST_NEW_LOOPS, n / 20):
-            self._path.optimise()
-            self._new_loops, self._optimised_at = 0, n
-
-    def _confirmed(self, found: Closure | None) -> Closure | None:
-        """Return a loop without a prior if the previous one, a short way before, corrects the path alike."""
-        before = self._pending
-        if found is None:
-            return None
-        self._pending = found
-        if before is None or self._path.travelled[-1] - self._path.travelled[before.edge[1]] > _CONFIRMED_WITHIN:
-            return None
-        if not agree(self._path, before, found):
-            return None
-        self._pending = None
-        self._path.add_loop(before.edge, before.motion, before.information)
-        return found
-
-    def map(self, progress: Callable[[Progress], None] | None = None) -> BuiltMap:
+    def map(self, progress: Callable[[Progress], None] | None = None, *, certain: bool = False) -> BuiltMap:
         """Optimise the poses, and fuse the segments of all scans so far. More scans can be added afterwards.
 
         Parameters
         ----------
         progress : callable, optional
             Called with a `Progress` before each stage.
+        certain : bool, optional
+            Whether to leave out the lines of scans that nothing ties to the first one.
 
         Returns
         -------
@@ -371,11 +359,17 @@ class Mapper:
         if len(self._path.loops):
             wrong = self._path.n_bounded(self._path.optimise())
         report("lines")
-        line_map, residual = self._line_map()
+        tied = self._loops.parts.certain(len(self._path))
+        rows = np.flatnonzero(tied if certain else np.ones_like(tied)).tolist()
+        views = [View(self._path.motors[row], self._path.surfaces[row].points) for row in rows]
+        options = self._options
+        line_map, residual = fused(
+            [self._segments[row] for row in rows], views, options.min_views, options.min_segment, options.most_lines
+        )
         added = np.array(self._added, int)
         closures = added[np.array(self._path.loops, int).reshape(-1, 2)]
         return BuiltMap(
-            self._motors(), np.array(self._statuses, int), line_map, added, closures, wrong, residual,
+            self._motors(), np.array(self._statuses, int), line_map, added, tied, closures, wrong, residual,
             np.array(self._times),
         )  # fmt: skip
 
@@ -385,13 +379,3 @@ class Mapper:
             return offsets
         # Scans before the first one that was added are in its frame.
         return np.asarray(pga2.motor_product(self._path.motors[np.maximum(bases, 0)], offsets))
-
-    def _line_map(self) -> tuple[LineMap, float]:
-        found = LineMap.empty()
-        for each, motor in zip(self._segments, self._path.motors, strict=True):
-            found = found.updated(each, motor).map
-        views = (View(motor, part.points) for motor, part in zip(self._path.motors, self._path.surfaces, strict=True))
-        options = self._options
-        rough = found.merged().pruned(options.min_views, options.min_segment)
-        cut, residual = seen_through(rough, views)
-        return cut.merged().pruned(options.min_views, options.min_segment, options.most_lines), residual

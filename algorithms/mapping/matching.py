@@ -43,8 +43,11 @@ _SLIDES_APART, _FLAT = 0.25, 0.01
 """Metres between two of these, and difference of their scores, from which on the direction is determined."""
 LEAST_SCORE = 0.5
 """Score below which no motion explains the scans."""
-_MARGIN = 0.04
-"""Difference of scores up to which two motions explain the scans equally well."""
+EXPLAINED = 0.15
+"""Metres from a line up to which a reading has a score."""
+_MARGIN, _SWING = 0.04, 1.5
+"""Difference of scores up to which two motions explain the scans equally well, and that between a reading on a line and
+one where the other scan shows free space, see `sum_of_scores`."""
 _TURNED, _FAR = 0.12, 0.03
 """What a hypothesis loses for a half turn, and for a metre: of two that agree equally, the smaller motion is chosen."""
 _FARTHEST = 6.0
@@ -123,7 +126,7 @@ def match_scans(a: Scan, b: Scan, guess: ArrayLike | None = None) -> Match:
             motors = motors[np.argsort(-first)[:_HYPOTHESES]]
     coarse = aligned(one, two, motors, _COARSE, 3)
     motors = coarse.motors
-    scores = agreement(one, two, motors, 0.15)
+    scores = agreement(one, two, motors, EXPLAINED)
     order = np.argsort(_size(motors) - scores)
     best, loose = _best_along(one, two, Aligned(*(x[order[0]] for x in coarse)))
     found = aligned(one, two, best, _FINE)
@@ -211,10 +214,12 @@ def _chain(points: Reals) -> Reals:
 
 
 def _result(a: Outline, b: Outline, found: Aligned, loose: Reals, motors: Reals, scores: Reals) -> Match:
-    score = float(agreement(a, b, found.motors[None], 0.15)[0])
+    score = float(agreement(a, b, found.motors[None], EXPLAINED)[0])
     if not np.isfinite(found.motors).all():
         return _nothing(MappingStatus.NOT_MATCHED)
-    rivals = motors[1:][scores[1:] > score - _MARGIN]
+    held = support(a, b, found.motors, EXPLAINED)
+    # Readings that contradict the motion score this much more for one that explains them.
+    rivals = motors[1:][scores[1:] > score - max(_MARGIN, _SWING * held.share)]
     others = rivals[~are_near(found.motors, rivals, *_APART)] if len(rivals) else rivals
     weight, squares = float(found.sums[0]), float(found.sums[1])
     residual = float(np.sqrt(squares / max(weight, 1e-9)))
@@ -231,7 +236,7 @@ def _result(a: Outline, b: Outline, found: Aligned, loose: Reals, motors: Reals,
         status = MappingStatus.AMBIGUOUS
     elif len(degenerate):
         status = MappingStatus.DEGENERATE
-    elif residual > _LARGEST_RESIDUAL or support(a, b, found.motors) < _LEAST_SUPPORT:
+    elif residual > _LARGEST_RESIDUAL or held.readings < _LEAST_SUPPORT or held.is_outvoted:
         status = MappingStatus.WEAK
     return Match(found.motors, covariance, status, score, residual, degenerate, others)
 

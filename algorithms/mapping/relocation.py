@@ -21,8 +21,8 @@ from .segments import Segments, segments
 from .status import MappingStatus
 
 _BINS = 180
-_ROTATIONS, _ROTATION_SHARE, _ROTATION_GAP = 16, 0.04, 3
-"""Most rotations, and the least votes and distance in bins of their peaks."""
+_ROTATION_SHARE, _ROTATION_GAP = 0.04, 3
+"""The least votes of peaks of rotations, as a share of the most, and their distance in bins."""
 _PARALLEL = np.cos(np.radians(6.0))
 _LINES, _CROSSING = 5, 4
 """The longest lines of the scan vote for translations, and of those that cross the longest one, these."""
@@ -193,7 +193,7 @@ def _rotations(seen: Segments, normals: Reals, lengths: Reals) -> Reals:
     smooth = counts + 0.5 * (np.roll(counts, 1) + np.roll(counts, -1))
     kept: list[int] = []
     for k in np.argsort(-smooth).tolist():
-        if smooth[k] < _ROTATION_SHARE * smooth.max() or len(kept) == _ROTATIONS:
+        if smooth[k] < _ROTATION_SHARE * smooth.max():
             break
         if all(abs((k - j + _BINS // 2) % _BINS - _BINS // 2) > _ROTATION_GAP for j in kept):
             kept.append(k)

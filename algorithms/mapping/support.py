@@ -1,6 +1,8 @@
-"""How many readings on lines that both scans show determine the translation between them."""
+"""How many readings determine the translation between two scans, and how many contradict it."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,19 +20,56 @@ _SPACING = 0.1
 """Metres between neighbouring beams on a wall from which on each reading counts fully; nearer ones count less."""
 
 
-def support(a: Outline, b: Outline, motor: Reals) -> float:
-    """Return the count of readings of either scan on lines of the other one that determine the worst direction.
+_FREE, _BEFORE = 0.97, 0.2
+"""A reading is in free space if it is nearer than this part of the range of the beam through it, less metres: closer to
+a surface, errors of angles and ranges may have moved it there. `sum_of_scores` has the same limits."""
 
-    It is the least eigenvalue of the sum of ``n n^T`` over the normals n of readings on lines of both scans whose
-    normals agree, for the scan that has less. A corridor without doors has almost none, even if all readings agree.
+
+class Support(NamedTuple):
+    """Readings that determine a motion, and readings that contradict it."""
+
+    readings: float
+    """The least eigenvalue of the sum of ``n n^T`` over the normals n of readings on lines of both scans whose normals
+    agree: the count of readings that determine the worst direction."""
+    contradicting: float
+    """The count of readings where the other scan has seen through."""
+    share: float
+    """The share of readings where the other scan has seen through, of the scan that has more of them."""
+
+    @property
+    def is_outvoted(self) -> bool:
+        """Whether more readings contradict the motion than determine each direction of it."""
+        return self.contradicting > self.readings
+
+
+def support(a: Outline, b: Outline, motor: Reals, apart: float) -> Support:
+    """Return the readings of either scan that determine the worst direction, and those that contradict the motion.
+
+    Readings count for both alike, and the scan decides that has less support. A corridor without doors has almost none,
+    even if all readings agree. Readings contradict a motion if they are farther than `apart`, in metres, from all lines
+    of the other scan and in the space that it shows to be free.
     """
-    return min(_one_way(a, b, motor), _one_way(b, a, np.asarray(pga2.motor_inverse(motor))))
+    one, two = _one_way(a, b, motor, apart), _one_way(b, a, np.asarray(pga2.motor_inverse(motor)), apart)
+    return Support(min(one[0], two[0]), max(one[1], two[1]), max(one[2], two[2]))
 
 
-def _one_way(a: Outline, b: Outline, motor: Reals) -> float:
-    near = kernels.nearest(kernels.moved_points(motor, b.points), a.targets)
+def _one_way(a: Outline, b: Outline, motor: Reals, apart: float) -> Support:
+    moved = np.asarray(kernels.moved_points(motor, b.points))
+    near = kernels.nearest(moved, a.targets)
     farther = _SPACING / (abs(b.scan.angle_step) * b.stride)
     xx, xy, yy = b.stride * np.asarray(
         kernels.normals_on_lines(motor, b.rows, *near, a.rows, np.array([_ON * _ON, _PARALLEL, farther]))
     )
-    return float((xx + yy) / 2 - np.hypot((xx - yy) / 2, xy))
+    is_free = (near[0] > apart * apart) & _in_free_space(a, moved)
+    counts = np.minimum(np.hypot(*b.points[is_free].T) / farther, 1.0)
+    readings = float((xx + yy) / 2 - np.hypot((xx - yy) / 2, xy))
+    return Support(readings, b.stride * float(counts.sum()), float(is_free.mean()))
+
+
+def _in_free_space(a: Outline, points: Reals) -> Reals:
+    """Return which points are before all that the scan shows near the beam through them."""
+    distances, angles = (np.asarray(each) for each in kernels.distance_and_angle(points))
+    turns = (angles - a.scan.angle_min) * (np.sign(a.scan.angle_step) / (2 * np.pi))
+    beams = np.floor((turns - np.floor(turns)) * (2 * np.pi / abs(a.scan.angle_step)) + 0.5).astype(int)
+    ranges = np.append(a.closest, 0.0)[np.minimum(beams, len(a.closest))]
+    return np.asarray(distances < _FREE * ranges - _BEFORE)

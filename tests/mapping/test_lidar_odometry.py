@@ -6,10 +6,10 @@ import pickle
 
 import numpy as np
 import pytest
-from street import Street, beams, cloud, drive, street, tunnel
 
 from algorithms.arguments import Reals
 from algorithms.mapping import LidarOdometry, MappingStatus
+from benchmarks.streets import Street, beams, cloud, drive, street, tunnel
 from generated import lidar as kernels
 from generated import motor_graphs, pga3
 

@@ -33,9 +33,9 @@ def statuses(seed: int, n: int, share: float) -> tuple[int, int]:
 
 @pytest.mark.slow
 def test_offices_with_people() -> None:
-    """With a fifth of the beams on people, most motions are certain, and these are right."""
+    """With a fifth of the beams on people, nearly half of the motions are certain, and these are right."""
     certain, wrong = statuses(5, 100, 0.2)
-    assert certain >= 50 and wrong <= 1
+    assert certain >= 45 and wrong <= 1
 
 
 @pytest.mark.slow
@@ -65,10 +65,11 @@ def test_support_of_a_corridor_and_a_room() -> None:
     rng = np.random.default_rng(2)
     corridor = outline_of(scan_at(rng, np.array([[-500.0, 1, 500, 1], [-500.0, -1, 500, -1]]), np.zeros(3)))
     around = outline_of(scan_at(rng, box(0, 0, 8, 6), np.array([0.3, 0.2, 0.1])))
-    assert support(corridor, corridor, IDENTITY) < 0.5
-    assert support(around, around, IDENTITY) > 15
+    assert support(corridor, corridor, IDENTITY, 0.15).readings < 0.5
+    assert support(around, around, IDENTITY, 0.15).readings > 15
     # Moved by more than a wall's tolerance in both directions, nothing agrees.
-    assert support(around, around, pga2.motor_from_angle_translation(0.0, np.array([0.5, 0.5]))) < 1
+    moved = pga2.motor_from_angle_translation(0.0, np.array([0.5, 0.5]))
+    assert support(around, around, moved, 0.15).readings < 1
 
 
 def test_few_common_walls_are_weak() -> None:
@@ -82,3 +83,17 @@ def test_few_common_walls_are_weak() -> None:
     ranges[:60] = ranges[75:] = 60.0
     few = Scan(ranges, whole.angle_min, whole.angle_step, whole.max_range)
     assert match_scans(few, few).status is not MappingStatus.OK
+
+
+def test_readings_that_see_through_walls_outvote_a_motion() -> None:
+    """A scan that sees through most of what the other one shows contradicts the motion, and one from there does not."""
+    rng = np.random.default_rng(5)
+    walls = box(0, 0, 8, 6)
+    behind = np.array([[-0.5, -1, 2.5, -1], [2.5, -1, 2.5, 1], [2.5, 1, -0.5, 1]])
+    open_room, closed_room = (
+        outline_of(scan_at(rng, w, np.zeros(3))) for w in (walls, np.concatenate([walls, behind]))
+    )
+    alike, different = support(open_room, open_room, IDENTITY, 0.15), support(open_room, closed_room, IDENTITY, 0.15)
+    assert alike.contradicting == alike.share == 0 and not alike.is_outvoted
+    assert different.share > 0.3 and different.is_outvoted
+    assert different == support(closed_room, open_room, IDENTITY, 0.15)
