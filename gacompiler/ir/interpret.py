@@ -61,12 +61,14 @@ class Tape:
                 self.constants.append(operand)
         self._first = len(places)
         self._lines: list[tuple[Op, int, int, tuple[int, ...]]] = []
+        self._names: list[str] = []
         self._scaled: list[Rational | None] = []
         for line in program.lines:
             at = tuple(places[operand] for operand in line.operands)
             factor = line.operands[0]
             self._scaled.append(None if line.op is not Op.MULTIPLY or isinstance(factor, str) else _exact(factor))
             self._lines.append((line.op, at[0], at[-1], at))
+            self._names.append(NAMES[line.op])
             places[line.target] = len(places)
         self._results = [places[operand] for result in program.results for operand in result.operands]
 
@@ -81,7 +83,7 @@ class Tape:
         """Return the same as `run`, for `constants` that are lifted already."""
         values = [*inputs, *constants]
         append = values.append
-        for (op, a, b, at), factor in zip(self._lines, self._scaled, strict=True):
+        for (op, a, b, at), factor, name in zip(self._lines, self._scaled, self._names, strict=True):
             if factor is not None:
                 append(scale(values[b], factor))
             elif op is Op.MULTIPLY:
@@ -90,14 +92,18 @@ class Tape:
                 append(values[a] + values[b])
             elif op is Op.SUBTRACT:
                 append(values[a] - values[b])
+            elif op is Op.NEGATE:
+                append(-values[a])
+            elif op is Op.DIVIDE:
+                append(divide(values[a], values[b]))
             else:
-                append(evaluate(op, [values[k] for k in at]))
+                append(scalar_function(name, *[values[k] for k in at]))
         return [values[k] for k in self._results]
 
     def run_in_double(self, inputs: Iterable[float], function: Callable[[Op, list[float]], float]) -> list[float]:
         """Return the flat results in IEEE double, with each operation rounded once.
 
-        `function` evaluates the operations that are not ring operations.
+        `function` evaluates the operations that are neither ring operations nor choices.
         """
         values = [*inputs, *map(float, self.constants)]
         append = values.append
@@ -110,6 +116,8 @@ class Tape:
                 append(values[a] - values[b])
             elif op is Op.NEGATE:
                 append(-values[a])
+            elif op is Op.SELECT:
+                append(values[at[1]] if values[a] else values[b])
             else:
                 append(function(op, [values[k] for k in at]))
         return [values[k] for k in self._results]
