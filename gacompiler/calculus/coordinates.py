@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from itertools import combinations_with_replacement
-from random import Random
 from typing import Any
 
 import sympy
@@ -23,16 +22,12 @@ from ..errors import AlgebraError
 from ..rings.symbolic import Expanded
 from ..symbolic import inverse as inverse_blade
 from ..symbolic import left_contraction, reduce
-from ..symbolic.functions import signless
 from ..symbolic.multivector import SymbolicMultivector, symbolic
 from ..symbolic.printing import latex
-from .curvature import Curved, inverse_of, short
+from .curvature import Curved, inverse_of, positive_length, short
 from .operators import FieldOperator
 
 Product = Callable[[SymbolicMultivector, SymbolicMultivector], SymbolicMultivector]
-
-SIGN_POINTS = 24
-"""Number of points that decide a sign. A factor that is positive at a quarter of them is missed once in a thousand."""
 
 
 class Chart(Curved):
@@ -191,7 +186,7 @@ class Chart(Curved):
             root = sympy.simplify(sympy.sqrt(sympy.factor(self.metric[k, k].subs(positive))))
             if root.has(sympy.I):
                 root = sympy.simplify(sympy.sqrt(sympy.factor(-self.metric[k, k].subs(positive))))
-            roots.append(sympy.Mul(*map(_usual_sign, sympy.Mul.make_args(signless(root)))).subs(back))
+            roots.append(positive_length(root).subs(back))
         return tuple(roots)
 
     @cached_property
@@ -405,10 +400,3 @@ def _symbols(where: str, parameters: tuple[Any, ...]) -> tuple[Any, ...]:
     if not parameters or not all(isinstance(each, sympy.Symbol) for each in parameters):
         raise AlgebraError(where, f"parameters {parameters}", "the symbols of the coordinates, such as r, theta, phi")
     return parameters
-
-
-def _usual_sign(factor: Any) -> Any:
-    """Return a factor of a length, or its negative if it is negative at random positive values of all symbols."""
-    random, names = Random(1), sorted(factor.free_symbols, key=str)
-    points = ({name: 10 ** random.uniform(-1, 1) for name in names} for _ in range(SIGN_POINTS))
-    return factor if any(not sympy.N(factor.subs(point)).is_negative for point in points) else -factor
