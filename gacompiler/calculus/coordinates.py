@@ -174,11 +174,7 @@ class Chart(Curved):
 
     @cached_property
     def lengths(self) -> tuple[Any, ...]:
-        """The scale factors, the roots of ``|e_i . e_i|``.
-
-        Factors that change their sign, such as ``sin(theta)``, are those of positive parameters near zero. A factor
-        that is negative wherever it was evaluated, such as ``cos(u) - cosh(v)``, is negated.
-        """
+        """The scale factors, the roots of ``|e_i . e_i|``; factors such as ``sin(theta)`` have either sign."""
         positive = {p: sympy.Symbol(f"{p.name}_", positive=True) for p in self.parameters}
         back = {new: old for old, new in positive.items()}
         roots = []
