@@ -530,7 +530,7 @@ def _smallest(a: Matrix) -> tuple[Any, Any]:
     for k in range(1, n // 2 + 1):
         terms = [e[k - i] * powers[i - 1] for i in range(1, k + 1)]
         e.append(_sum(-x if i & 1 else x for i, x in enumerate(terms)) * Fraction(1, k))
-    last, before, first = (absolute(x) for x in (e[-1], e[-2], e[-3]))
+    last, before, first = e[-1], e[-2], e[-3]  # Negative ones are those of complex eigenvalues.
     second = before / maximum(first, NOISE)
     return maximum(last / maximum(before, NOISE), NOISE), select(second < 1, second, 1)
 

@@ -103,6 +103,23 @@ def test_null_bivectors(numbers: Any, signature: tuple[int, ...], scale: float) 
         compare(numbers, b, versor)
 
 
+def test_turns_with_boosts_of_their_planes(numbers: Any) -> None:
+    """The matrix has the eigenvalues exp(+-a +-i t): two planes of any metric are turned by t and stretched by a."""
+    algebra = Cl(3, 3).algebra
+    e = algebra.basis()
+    turn, stretch, boost = (e[0] ^ e[1]) - (e[3] ^ e[4]), (e[0] ^ e[3]) + (e[1] ^ e[4]), e[2] ^ e[5]
+    for t, a, c in ((2.946, 1.094, 1.436), (2.9, 0.3, 0.0), (1.0, 2.0, 0.5)):
+        with mpmath.workdps(40):
+            exact = (
+                scaled(turn, mpmath.mpf(t) / 2) + scaled(stretch, mpmath.mpf(a) / 2) + scaled(boost, mpmath.mpf(c) / 2)
+            )
+            b = rounded(algebra, exact, algebra.blades(2))
+            versor = rounded(algebra, exact_exp(exact), algebra.even.support)
+        matrix = np.array([[float(((exact * y - y * exact) * x).scalar * (x * x).scalar) for y in e] for x in e])
+        assert np.abs(np.abs(np.linalg.eigvals(matrix).imag).max() - t) < 1e-6
+        compare(numbers, b, versor)
+
+
 def motion(n: int, angles: list[Any], shift: float) -> tuple[Any, Any]:
     """Return a bivector of G(n, 0, 1) and its exponential, written with e0 = e+ + e- in G(n + 1, 1).
 
