@@ -253,7 +253,7 @@ def test_reciprocal_frames_and_blades(algebra: Algebra) -> None:
     mine = {blade: SymbolicMultivector(algebra, {blade: sympy.Integer(1)}) for blade in blades}
     for (blade, there), (other, element) in product(zip(blades, peer.ga.blades.flat, strict=True), mine.items()):
         found = peer.back(peer.ga.mv(peer.ga._reciprocal_blade_dict[there]))
-        value = symbolic.scalar_product(element, found)["1"]
+        value = (element * found).scalar
         assert sympy.simplify(value - int(blade == other)) == 0
 
 
@@ -450,7 +450,7 @@ def test_orthogonal_coordinates(name: str) -> None:
     point = {each: sympy.Rational(3 + k, 5) for k, each in enumerate(parameters)} | {AA: 2}
 
     def near_zero(value: Any) -> bool:
-        return abs(sympy.N(sympy.sympify(value).subs(point), 30)) < 1e-20
+        return bool(abs(sympy.N(sympy.sympify(value).subs(point), 30)) < 1e-20)
 
     x, y, z = parameters
     f, A = x**2 * y + sympy.sin(z), [x * y, y * z + x, z**2 * x]
