@@ -118,6 +118,10 @@ class Algebra(Immutable):
         return isinstance(other, Algebra) and self._identity == other._identity
 
     def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
         return hash(self._identity)
 
     @cached_property

@@ -252,7 +252,7 @@ def scalar_function(name: str, *arguments: Coefficient) -> Coefficient:
     InexactError
         If all arguments are exact and the value is not rational.
     """
-    kinds = {type(argument) for argument in arguments}
+    kinds = set(map(type, arguments))
     if Decimal in kinds:
         return _decimal_function(name, arguments)
     if kinds <= _RATIONALS:
@@ -284,7 +284,7 @@ def _decimal_function(name: str, arguments: tuple[Any, ...]) -> Any:
         If a comparison or a choice has an argument that is not real.
     """
     lifted = [
-        a if type(a) is Decimal else Decimal(a.numerator) / a.denominator if isinstance(a, Fraction) else Decimal(a)
+        a if type(a) is Decimal else Decimal(a.numerator) / a.denominator if type(a) is Fraction else Decimal(a)
         for a in arguments
     ]
     if any(map(Decimal.is_nan, lifted)):

@@ -66,7 +66,8 @@ def _changed(procedure: Procedure, rounds: Repeat, accesses: Counter[str]) -> li
     needed = {table for table, is_write in first.items() if not is_write}
     needed |= {table for table, count in accesses.items() if count > own[table]} | {rounds.until}
     needed |= {table.name for table in procedure.results}
-    return [table for table in procedure.tables if table.name in written & needed - {rounds.steps}]
+    kept = written & needed - {rounds.steps}
+    return [table for table in procedure.tables if table.name in kept]
 
 
 def _accesses(body: Sequence[Statement]) -> Iterator[tuple[str, bool]]:

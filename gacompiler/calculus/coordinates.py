@@ -22,10 +22,9 @@ from ..errors import AlgebraError
 from ..rings.symbolic import Expanded
 from ..symbolic import inverse as inverse_blade
 from ..symbolic import left_contraction, reduce
-from ..symbolic.functions import signless
 from ..symbolic.multivector import SymbolicMultivector, symbolic
 from ..symbolic.printing import latex
-from .curvature import Curved, inverse_of, short
+from .curvature import Curved, inverse_of, positive_length, short
 from .operators import FieldOperator
 
 Product = Callable[[SymbolicMultivector, SymbolicMultivector], SymbolicMultivector]
@@ -175,7 +174,7 @@ class Chart(Curved):
 
     @cached_property
     def lengths(self) -> tuple[Any, ...]:
-        """The scale factors, the roots of ``|e_i . e_i|``; the sign is chosen for positive parameters."""
+        """The scale factors, the roots of ``|e_i . e_i|``; factors such as ``sin(theta)`` have either sign."""
         positive = {p: sympy.Symbol(f"{p.name}_", positive=True) for p in self.parameters}
         back = {new: old for old, new in positive.items()}
         roots = []
@@ -183,7 +182,7 @@ class Chart(Curved):
             root = sympy.simplify(sympy.sqrt(sympy.factor(self.metric[k, k].subs(positive))))
             if root.has(sympy.I):
                 root = sympy.simplify(sympy.sqrt(sympy.factor(-self.metric[k, k].subs(positive))))
-            roots.append(signless(root).subs(back))
+            roots.append(positive_length(root).subs(back))
         return tuple(roots)
 
     @cached_property

@@ -473,7 +473,8 @@ def _half_turn(space: Signature, rest: Matrix) -> tuple[Matrix, Matrix]:
 
     Both are returned as they are, and zero, if there is no such rotation. The squared cosines of the half angles are
     the eigenvalues of ``C = (2 + M + M**-1) / 4``, each of multiplicity two. The two smallest ones are estimated by
-    quotients of the coefficients of the characteristic polynomial.
+    quotients of the coefficients of the characteristic polynomial. Those of boosts are above 1: without a smaller one,
+    the sum of up to four reciprocals is at most 4, and the least estimate, its reciprocal, at least 1 / 4.
     """
     n, back = space.n, _adjoint(space, rest)
     cosines = _stored(_add_identity(_map(lambda x, y: (x + y) / 4, rest, back), 1))
@@ -529,9 +530,9 @@ def _smallest(a: Matrix) -> tuple[Any, Any]:
     for k in range(1, n // 2 + 1):
         terms = [e[k - i] * powers[i - 1] for i in range(1, k + 1)]
         e.append(_sum(-x if i & 1 else x for i, x in enumerate(terms)) * Fraction(1, k))
-    last, before, first = (absolute(x) for x in (e[-1], e[-2], e[-3]))
+    last, before, first = e[-1], e[-2], e[-3]  # Negative ones are those of complex eigenvalues.
     second = before / maximum(first, NOISE)
-    return maximum(last / maximum(before, NOISE), NOISE), second
+    return maximum(last / maximum(before, NOISE), NOISE), select(second < 1, second, 1)
 
 
 def _trace(a: Matrix) -> Any:

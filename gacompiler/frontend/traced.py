@@ -38,6 +38,8 @@ class Traced:
         if len(arguments) != len(self.symbols):
             raise KernelError("a traced kernel", f"{len(arguments)} arguments", str(len(self.symbols)))
         pairs = list(zip(leaves(self.symbols), leaves(arguments), strict=True))
+        if all(symbol is argument for symbol, argument in pairs):
+            return self.value
         for symbol, argument in pairs:
             blades = argument.blades if isinstance(argument, (Expression, Multivector)) else frozenset({0})
             if not blades <= symbol.blades:

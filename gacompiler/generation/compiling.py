@@ -12,6 +12,7 @@ from ..backends.module import ModuleSource
 from ..errors import GacError
 from ..frontend.kernel import Kernel
 from ..ir.cost_models import COUNTS
+from ..passes.collection import rare_collection
 from ..passes.effort import DEFAULT
 from ..passes.inference import traced_loops
 from ..passes.interruption import is_interrupted
@@ -43,6 +44,7 @@ def compile_definition(
     return _compiled(kernel, _kernel_key(kernel, effort, cost) if cache else None, cache, effort, cost)
 
 
+@rare_collection()
 def compile_kernels(
     spec: Spec,
     progress: Progress = lambda name: None,
@@ -72,6 +74,7 @@ def compile_spec(
     return source_of(spec, compile_kernels(spec, progress, cache, effort, cost))
 
 
+@rare_collection()
 def render_spec(
     spec: Spec,
     progress: Progress = lambda name: None,

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 from ..algebra.coefficients import divide, scalar_function, scale
@@ -35,6 +36,16 @@ def evaluate(op: Op, values: Sequence[Any]) -> Any:
             return scalar_function(NAMES[op], *values)
 
 
+_IN_DOUBLE: Mapping[Op, Callable[..., Any]] = {
+    Op.ADD: operator.add,
+    Op.SUBTRACT: operator.sub,
+    Op.MULTIPLY: operator.mul,
+    Op.NEGATE: operator.neg,
+    Op.SELECT: lambda condition, a, b: a if condition else b,
+}
+_OF_RING: Mapping[Op, Callable[..., Any]] = {op: _IN_DOUBLE[op] for op in RING} | {Op.DIVIDE: divide}
+
+
 class Tape:
     """A program prepared for repeated evaluation: names are replaced by positions in one list of values.
 
@@ -61,12 +72,16 @@ class Tape:
                 self.constants.append(operand)
         self._first = len(places)
         self._lines: list[tuple[Op, int, int, tuple[int, ...]]] = []
-        self._scaled: list[Rational | None] = []
+        self._steps: list[tuple[Callable[..., Any], int, int, tuple[int, ...]]] = []
         for line in program.lines:
             at = tuple(places[operand] for operand in line.operands)
             factor = line.operands[0]
-            self._scaled.append(None if line.op is not Op.MULTIPLY or isinstance(factor, str) else _exact(factor))
             self._lines.append((line.op, at[0], at[-1], at))
+            if line.op is Op.MULTIPLY and not isinstance(factor, str):
+                self._steps.append((partial(scale, factor=_exact(factor)), 0, 0, at[1:]))
+            else:
+                function = _OF_RING.get(line.op) or partial(scalar_function, NAMES[line.op])
+                self._steps.append((function, at[0], at[-1], () if len(at) == 2 else at))
             places[line.target] = len(places)
         self._results = [places[operand] for result in program.results for operand in result.operands]
 
@@ -81,38 +96,32 @@ class Tape:
         """Return the same as `run`, for `constants` that are lifted already."""
         values = [*inputs, *constants]
         append = values.append
-        for (op, a, b, at), factor in zip(self._lines, self._scaled, strict=True):
-            if factor is not None:
-                append(scale(values[b], factor))
-            elif op is Op.MULTIPLY:
-                append(values[a] * values[b])
-            elif op is Op.ADD:
-                append(values[a] + values[b])
-            elif op is Op.SUBTRACT:
-                append(values[a] - values[b])
+        for function, a, b, others in self._steps:
+            if others:
+                append(function(*[values[k] for k in others]))
             else:
-                append(evaluate(op, [values[k] for k in at]))
+                append(function(values[a], values[b]))
         return [values[k] for k in self._results]
 
     def run_in_double(self, inputs: Iterable[float], function: Callable[[Op, list[float]], float]) -> list[float]:
         """Return the flat results in IEEE double, with each operation rounded once.
 
-        `function` evaluates the operations that are not ring operations.
+        `function` evaluates the operations that are neither ring operations nor choices.
         """
         values = [*inputs, *map(float, self.constants)]
         append = values.append
-        for op, a, b, at in self._lines:
-            if op is Op.MULTIPLY:
-                append(values[a] * values[b])
-            elif op is Op.ADD:
-                append(values[a] + values[b])
-            elif op is Op.SUBTRACT:
-                append(values[a] - values[b])
-            elif op is Op.NEGATE:
-                append(-values[a])
-            else:
+        for own, op, a, b, at in self._in_double:
+            if own is None:
                 append(function(op, [values[k] for k in at]))
+            elif len(at) == 2:
+                append(own(values[a], values[b]))
+            else:
+                append(own(*[values[k] for k in at]))
         return [values[k] for k in self._results]
+
+    @cached_property
+    def _in_double(self) -> list[tuple[Callable[..., float] | None, Op, int, int, tuple[int, ...]]]:
+        return [(_IN_DOUBLE.get(line[0]), *line) for line in self._lines]
 
     @cached_property
     def bits(self) -> int:

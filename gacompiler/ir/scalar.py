@@ -20,6 +20,8 @@ Rational = int | Fraction
 class Op(Enum):
     """The operations of the scalar language. The values are the names used throughout the package."""
 
+    __hash__ = object.__hash__  # That of Enum is a function in Python, and every node of a graph is looked up by it.
+
     CONSTANT = "constant"
     VARIABLE = "variable"
     # ring

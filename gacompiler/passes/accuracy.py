@@ -220,12 +220,15 @@ def run_in_double(program: Program, inputs: Sequence[Sequence[float]]) -> list[f
 
 def rounded_once(op: Op, operands: list[float]) -> float:
     """Evaluate an operation in IEEE double, rounded once; functions are rounded correctly on every machine."""
-    if op in (Op.SIN, Op.COS, Op.ATAN2, Op.ACOS, Op.EXP, Op.LOG):
-        with mpmath.workdps(30):
-            return float(evaluate(op, [mpmath.mpf(operand) for operand in operands]))
     if op is Op.DIVIDE:
         return operands[0] / operands[1]
+    if op in _TRANSCENDENTAL:
+        with mpmath.workdps(30):
+            return float(evaluate(op, [mpmath.mpf(operand) for operand in operands]))
     return float(FLOAT[NAMES[op]](*operands))
+
+
+_TRANSCENDENTAL = frozenset({Op.SIN, Op.COS, Op.ATAN2, Op.ACOS, Op.EXP, Op.LOG})
 
 
 def ulps(found: Sequence[Any], exact: Sequence[Any], least: Any = 0) -> float:

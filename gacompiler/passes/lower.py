@@ -108,7 +108,7 @@ def _connected(polynomials: Sequence[Polynomial], relations: Sequence[Polynomial
     variables = {variable for polynomial in polynomials for variable in polynomial.variables}
     chosen: set[int] = set()
     while True:
-        more = {k for k, r in enumerate(relations) if k not in chosen and variables & set(r.variables)}
+        more = {k for k, r in enumerate(relations) if k not in chosen and not variables.isdisjoint(r.variables)}
         if not more:
             return sorted(chosen)
         chosen |= more

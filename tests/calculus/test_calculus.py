@@ -241,6 +241,16 @@ class TestCurvilinear:
             chart.components(curl)
 
 
+@pytest.mark.parametrize("sign", [1, -1])
+def test_lengths_are_positive(sign: int) -> None:
+    """The root of the metric of bipolar coordinates has a factor that is negative everywhere, or its negative."""
+    u, v = symbols("u v")
+    denominator = sign * (sympy.cosh(v) - sympy.cos(u))
+    chart = Chart(multivector(VGA2, {"e1": sympy.sinh(v) / denominator, "e2": sympy.sin(u) / denominator}), u, v)
+    assert all(length.subs({u: 0.4, v: -0.7}) > 0 for length in chart.lengths)
+    assert chart.components(chart.frame[0])[0].subs({u: 0.4, v: -0.7}) > 0
+
+
 @pytest.mark.parametrize("algebra", [STA, OBLIQUE, CGA2], ids=lambda algebra: algebra.name)
 def test_operators_in_any_signature(algebra: Algebra) -> None:
     chart = cartesian(algebra, " ".join(f"x{k}" for k in range(algebra.dimension)))

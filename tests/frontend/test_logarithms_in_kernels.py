@@ -8,7 +8,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from many_planes import ANGLES, PI, exact_exp, example, size
+from many_planes import ANGLES, PI, exact_exp, example, rounded, size
 
 import gacompiler as ga
 from gacompiler import SCALAR, Cl
@@ -48,10 +48,14 @@ def numbers(monkeypatch: pytest.MonkeyPatch) -> Any:
 
 
 @pytest.mark.parametrize("signature", [(6,), (3, 3), (4, 2), (7,), (8,), (4, 4)], ids=str)
-@pytest.mark.parametrize("name", ["equal", "nearly equal", "near zero", "two near pi", "pi - 1e-13"])
+@pytest.mark.parametrize("name", ANGLES)
 def test_formulas(numbers: Any, signature: tuple[int, ...], name: str) -> None:
-    b, versor = example(signature, ANGLES[name])
-    space = numbers.signature_of(Cl(*signature).algebra)
+    compare(numbers, *example(signature, ANGLES[name]))
+
+
+def compare(numbers: Any, b: Any, versor: Any) -> None:
+    """Compare the logarithm and the exponential with a bivector and its versor, both rounded from many digits."""
+    space = numbers.signature_of(versor.algebra)
     spelled = {blade: space.algebra.spelling(blade) for blade in (*space.blades, *space.algebra.blades(2))}
     coefficients = np.array([spelled[k][0] * float(versor[spelled[k][1]]) for k in space.blades])
     known = {k: spelled[k][0] * float(b[spelled[k][1]]) for k in space.algebra.blades(2)}
@@ -62,6 +66,58 @@ def test_formulas(numbers: Any, signature: tuple[int, ...], name: str) -> None:
     assert max(errors) <= limit * max(map(abs, known.values()))
     power = numbers._exponential(space, numbers._matrix_of(space, lambda i, j: known[1 << i | 1 << j]))
     assert np.abs(np.array(power) - coefficients).max() <= limit
+
+
+@pytest.mark.parametrize("signature", [(6,), (3, 3), (4, 2), (8,), (4, 4)], ids=str)
+@pytest.mark.parametrize("lack", ["1e-3", "1e-9", "1e-13"])
+def test_nearly_a_whole_turn(numbers: Any, signature: tuple[int, ...], lack: str) -> None:
+    """The versor of a turn by 2 pi without a little is the negative of that of the little turn back."""
+    others = [0.3, 0.5, -1.0]
+    turn = example(signature, [2 * PI - mpmath.mpf(lack), *others])[1]
+    b, versor = example(signature, [-mpmath.mpf(lack), *others])
+    assert size(turn + versor) <= 1e-14 * max(size(versor), 1.0) ** 2
+    compare(numbers, b, versor)
+    space = numbers.signature_of(turn.algebra)
+    spelled = {blade: space.algebra.spelling(blade) for blade in space.blades}
+    found = numbers._logarithm(space, [spelled[k][0] * float(turn[spelled[k][1]]) for k in space.blades])
+    errors = [
+        abs(value - space.algebra.spelling(1 << i | 1 << j)[0] * float(b[space.algebra.spelling(1 << i | 1 << j)[1]]))
+        for (i, j), value in numbers._bivector_terms(space, found).items()
+    ]
+    assert max(errors) <= 1e-14 * max(size(versor), 1.0) ** 2 * size(b)
+
+
+@pytest.mark.parametrize("signature", [(3, 3), (4, 2), (4, 4)], ids=str)
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 3.0])
+def test_null_bivectors(numbers: Any, signature: tuple[int, ...], scale: float) -> None:
+    """Bivectors of two null vectors and of a null and a unit vector, with and without a boost, and a boost alone."""
+    algebra = Cl(*signature).algebra
+    e, p = algebra.basis(), signature[0]
+    null, other = e[0] + e[p], e[1] + e[p + 1]
+    boost = e[2] ^ e[algebra.dimension - 1]
+    for exact in (null ^ other, null ^ e[2], (null ^ other) + boost, boost):
+        with mpmath.workdps(40):
+            known = exact.map(lambda value: mpmath.mpf(value) * mpmath.mpf(scale))
+            b = rounded(algebra, known, algebra.blades(2))
+            versor = rounded(algebra, exact_exp(known), algebra.even.support)
+        compare(numbers, b, versor)
+
+
+def test_turns_with_boosts_of_their_planes(numbers: Any) -> None:
+    """The matrix has the eigenvalues exp(+-a +-i t): two planes of any metric are turned by t and stretched by a."""
+    algebra = Cl(3, 3).algebra
+    e = algebra.basis()
+    turn, stretch, boost = (e[0] ^ e[1]) - (e[3] ^ e[4]), (e[0] ^ e[3]) + (e[1] ^ e[4]), e[2] ^ e[5]
+    for t, a, c in ((2.946, 1.094, 1.436), (2.9, 0.3, 0.0), (1.0, 2.0, 0.5)):
+        with mpmath.workdps(40):
+            exact = (
+                scaled(turn, mpmath.mpf(t) / 2) + scaled(stretch, mpmath.mpf(a) / 2) + scaled(boost, mpmath.mpf(c) / 2)
+            )
+            b = rounded(algebra, exact, algebra.blades(2))
+            versor = rounded(algebra, exact_exp(exact), algebra.even.support)
+        matrix = np.array([[float(((exact * y - y * exact) * x).scalar * (x * x).scalar) for y in e] for x in e])
+        assert np.abs(np.abs(np.linalg.eigvals(matrix).imag).max() - t) < 1e-6
+        compare(numbers, b, versor)
 
 
 def motion(n: int, angles: list[Any], shift: float) -> tuple[Any, Any]:

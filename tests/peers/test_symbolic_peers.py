@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from itertools import product
+from collections.abc import Callable
+from itertools import combinations, product
 from typing import Any
 
 import pytest
@@ -100,6 +101,160 @@ class TestProducts:
         x = unknowns("x", peer.algebra, 1)
         assert peer.same(symbolic.inverse(x), peer.of(x).inv())
         assert peer.same(symbolic.norm_squared(x), (peer.of(x) * peer.of(x).rev()).scalar())
+
+
+class Here:
+    """The operations of a formula in this package."""
+
+    dot = staticmethod(symbolic.hestenes_product)
+    left = staticmethod(symbolic.left_contraction)
+    right = staticmethod(symbolic.right_contraction)
+    bracket = staticmethod(symbolic.commutator)
+    inverse = staticmethod(symbolic.inverse)
+
+    @staticmethod
+    def reverse(a: Any) -> Any:
+        return ~a
+
+    @staticmethod
+    def scalar(a: Any) -> Any:
+        return a.grade(0)
+
+
+class There:
+    """The same operations in galgebra."""
+
+    @staticmethod
+    def dot(a: Any, b: Any) -> Any:
+        return a | b
+
+    @staticmethod
+    def left(a: Any, b: Any) -> Any:
+        return a < b
+
+    @staticmethod
+    def right(a: Any, b: Any) -> Any:
+        return a > b
+
+    @staticmethod
+    def bracket(a: Any, b: Any) -> Any:
+        return a.Ga.com(a, b)
+
+    @staticmethod
+    def inverse(a: Any) -> Any:
+        return a.inv()
+
+    @staticmethod
+    def reverse(a: Any) -> Any:
+        return a.rev()
+
+    @staticmethod
+    def scalar(a: Any) -> Any:
+        return a.scalar()
+
+
+def gram(names: str, known: dict[str, Any]) -> Algebra:
+    """An algebra whose inner products are symbols, such as ``a.b``, except for the known ones."""
+    vectors = names.split()
+    rows = [
+        [known.get(f"{min(x, y)}.{max(x, y)}", sympy.Symbol(f"{min(x, y)}.{max(x, y)}", real=True)) for y in vectors]
+        for x in vectors
+    ]
+    return Algebra(f"gram of {names}", names, rows)
+
+
+def conformal(o: Any, x: Any, n: Any, m: Any) -> Any:
+    """Twice a point of the conformal space with the null vectors `n` and `m`, as galgebra normalises it."""
+    return (x * x) * n + 2 * x - m
+
+
+def circle(o: Any, *vectors: Any) -> Any:
+    *points, n, m = vectors
+    p, q, r = (conformal(o, each, n, m) for each in points)
+    return p ^ q ^ r
+
+
+def distance(o: Any, x: Any, y: Any, e: Any) -> Any:
+    """The bivector of the line through two null points of hyperbolic space."""
+    return o.dot(x ^ y ^ e, e)
+
+
+def turned(o: Any, x: Any, y: Any, e: Any) -> Any:
+    rotor = C + AB * distance(o, x, y, e)
+    return rotor * x * o.reverse(rotor)
+
+
+FIVE = gram("a b c d e", {})
+NULL = gram("P Q e", {"P.P": 0, "Q.Q": 0, "e.e": 1})
+POINTS = gram("p q r n m", {
+    **{f"{x}.{y}": 0 for x in "mn" for y in "pqr"}, "n.n": 0, "m.m": 0, "m.n": 2,
+})  # fmt: skip
+PAIR = gram("P Q a", {"P.P": 0, "Q.Q": 0, "P.Q": -1})
+UNIT = gram("u v w", {"u.u": 1, "v.v": 1, "w.w": 1})
+TWO = gram("x y", {})
+
+Formula = tuple[str, Algebra, Callable[..., Any]]
+FORMULAS: list[Formula] = [
+    ("a . (b c)", FIVE, lambda o, a, b, c, d, e: o.dot(a, b * c)),
+    ("a . (b ^ c)", FIVE, lambda o, a, b, c, d, e: o.dot(a, b ^ c)),
+    ("a . (b ^ c ^ d)", FIVE, lambda o, a, b, c, d, e: o.dot(a, b ^ c ^ d)),
+    ("Jacobi", FIVE, lambda o, a, b, c, d, e: o.dot(a, b ^ c) + o.dot(c, a ^ b) + o.dot(b, c ^ a)),
+    ("three terms", FIVE, lambda o, a, b, c, d, e: a * (b ^ c) - b * (a ^ c) + c * (a ^ b)),
+    ("four terms", FIVE, lambda o, a, b, c, d, e: (
+        a * (b ^ c ^ d) - b * (a ^ c ^ d) + c * (a ^ b ^ d) - d * (a ^ b ^ c))),
+    ("(a ^ b) . (c ^ d)", FIVE, lambda o, a, b, c, d, e: o.dot(a ^ b, c ^ d)),
+    ("((a ^ b) . c) . d", FIVE, lambda o, a, b, c, d, e: o.dot(o.dot(a ^ b, c), d)),
+    ("(a ^ b) x (c ^ d)", FIVE, lambda o, a, b, c, d, e: o.bracket(a ^ b, c ^ d)),
+    ("(a . (b ^ c)) . (d ^ e)", FIVE, lambda o, a, b, c, d, e: o.dot(o.dot(a, b ^ c), d ^ e)),
+    ("of a bivector and a trivector", FIVE, lambda o, a, b, c, d, e: o.left(a ^ b, c ^ d ^ e)),
+    ("of a trivector and a bivector", FIVE, lambda o, a, b, c, d, e: o.right(a ^ b ^ c, d ^ e)),
+    ("square of a null pair", NULL, lambda o, x, y, e: (x ^ y) * (x ^ y)),
+    ("square of a line", NULL, lambda o, x, y, e: (x ^ y ^ e) * (x ^ y ^ e)),
+    ("line of two points", NULL, distance),
+    ("square of the line", NULL, lambda o, x, y, e: distance(o, x, y, e) * distance(o, x, y, e)),
+    ("reflected unit", NULL, lambda o, x, y, e: distance(o, x, y, e) * e * o.reverse(distance(o, x, y, e))),
+    ("translated point", NULL, turned),
+    ("distance", NULL, lambda o, x, y, e: o.dot(turned(o, x, y, e), y)),
+    ("direction of a line", POINTS, lambda o, p, q, r, n, m: (
+        o.dot(o.dot(conformal(o, p, n, m) ^ conformal(o, q, n, m) ^ n, n), m))),
+    ("plane of a circle", POINTS, lambda o, *v: o.dot(o.dot(circle(o, *v) ^ v[3], v[3]), v[4])),
+    ("square of a pair", PAIR, lambda o, p, q, a: (p ^ q) * (p ^ q)),
+    ("projection on a pair", PAIR, lambda o, p, q, a: a - (a ^ p ^ q) * (p ^ q)),
+    ("points of a pair", PAIR, lambda o, p, q, a: o.dot(a, p ^ q) * (1 + (p ^ q))),
+    ("square of the volume", UNIT, lambda o, u, v, w: (u ^ v ^ w) * (u ^ v ^ w)),
+    *((f"reciprocal {k}", UNIT, lambda o, *v, k=k: (v[(k + 1) % 3] ^ v[(k + 2) % 3]) * (v[0] ^ v[1] ^ v[2]))
+      for k in range(3)),
+    ("inverse of the volume", UNIT, lambda o, u, v, w: o.inverse(u ^ v ^ w)),
+    ("inverse of a product", UNIT, lambda o, u, v, w: o.inverse(u * v)),
+    ("product of three", UNIT, lambda o, u, v, w: u * v * w),
+    ("vector and spinor", TWO, lambda o, x, y: o.dot(AA * x + BB * y, C + AB * (x ^ y))),
+    ("vector on spinor", TWO, lambda o, x, y: o.left(AA * x + BB * y, C + AB * (x ^ y))),
+    ("spinor on vector", TWO, lambda o, x, y: o.right(C + AB * (x ^ y), AA * x + BB * y)),
+]  # fmt: skip
+"""Formulas of galgebra's tests over metrics with symbols, in its and our words; all results agree."""
+
+
+@pytest.mark.parametrize("algebra", [FIVE, NULL, POINTS, PAIR, UNIT, TWO], ids=lambda algebra: algebra.name)
+def test_formulas_over_symbolic_metrics(algebra: Algebra) -> None:
+    """One formula is evaluated with the operations of both packages, beginning with the vectors of both."""
+    peer = Peer(algebra)
+    mine = [multivector(algebra, each) for each in algebra.basis()]
+    theirs = list(map(peer.of, mine))
+    formulas = [(name, formula) for name, where, formula in FORMULAS if where is algebra]
+    assert formulas
+    wrong = [name for name, formula in formulas if not peer.same(formula(Here, *mine), formula(There, *theirs))]
+    assert not wrong
+
+
+@pytest.mark.parametrize("algebra", [UNIT, gram("x y z", {}), gram("s t", {"s.s": 0})], ids=lambda each: each.name)
+def test_reciprocal_frames_and_blades(algebra: Algebra) -> None:
+    """The reciprocal blades of galgebra have the scalar products 1 and 0 with our blades."""
+    peer, blades = Peer(algebra), algebra.blades()
+    mine = {blade: SymbolicMultivector(algebra, {blade: sympy.Integer(1)}) for blade in blades}
+    for (blade, there), (other, element) in product(zip(blades, peer.ga.blades.flat, strict=True), mine.items()):
+        found = peer.back(peer.ga.mv(peer.ga._reciprocal_blade_dict[there]))
+        value = (element * found).scalar
+        assert sympy.simplify(value - int(blade == other)) == 0
 
 
 def test_duals_in_space() -> None:
@@ -222,6 +377,94 @@ def curved(request: pytest.FixtureRequest) -> tuple[Chart, Peer]:
 def field(chart: Chart, *grades: int) -> SymbolicMultivector:
     terms = {b: sympy.Function(f"F{b}")(*chart.parameters) for b in chart.algebra.blades(*grades)}
     return SymbolicMultivector(chart.algebra, terms)
+
+
+U, Z, T, G, M = symbols("u z t G M")
+SPACETIMES = {
+    "Kerr and Debney": (
+        [[0, 0, -sympy.exp(-Z), 0], [0, U**2 * sympy.exp(4 * Z) / 2, 0, 0],
+         [-sympy.exp(-Z), 0, 12 * sympy.exp(-2 * Z), U * sympy.exp(-Z)], [0, 0, U * sympy.exp(-Z), U**2 / 2]],
+        (U, X, Y, Z),
+    ),
+    "Schwarzschild": (
+        [1 - 2 * G * M / (C**2 * R), -1 / (1 - 2 * G * M / (C**2 * R)), -(R**2), -(R**2) * sympy.sin(THETA) ** 2],
+        (T, R, THETA, PHI),
+    ),
+}  # fmt: skip
+"""The metrics of galgebra's notebook on general relativity."""
+
+
+@pytest.mark.parametrize("name", SPACETIMES)
+def test_connections_of_spacetimes(name: str) -> None:
+    """Both vacuum metrics have the connection of galgebra and no Ricci tensor; the square of the volume agrees."""
+    metric, coordinates = SPACETIMES[name]
+    chart = Chart.of_metric(metric, *coordinates)
+    peer = Peer(chart.algebra, coordinates)
+    assert sympy.simplify(chart.metric.det() - peer.ga.e_sq) == 0
+    first, second = (peer.ga.Christoffel_symbols(mode=mode) for mode in (1, 2))
+    for i, j, k in product(range(4), repeat=3):
+        assert sympy.simplify(chart.christoffel_first[k, i, j] - first[i][j][k]) == 0
+        assert sympy.simplify(chart.christoffel[k, i, j] - second[i][j][k]) == 0
+    assert chart.ricci == sympy.zeros(4, 4)
+
+
+V, XI, ETA = symbols("v xi eta", positive=True)
+CURVILINEAR = {
+    "spherical": (
+        [R * sympy.sin(THETA) * sympy.cos(PHI), R * sympy.sin(THETA) * sympy.sin(PHI), R * sympy.cos(THETA)],
+        (R, THETA, PHI), [1, R, R * sympy.sin(THETA)],
+    ),
+    "paraboloidal": (
+        [U * V * sympy.cos(PHI), U * V * sympy.sin(PHI), (U**2 - V**2) / 2],
+        (U, V, PHI), [sympy.sqrt(U**2 + V**2), sympy.sqrt(U**2 + V**2), U * V],
+    ),
+    "elliptic": (
+        [AA * sympy.cosh(U) * sympy.cos(V), AA * sympy.sinh(U) * sympy.sin(V), Z],
+        (U, V, Z), [AA * sympy.sqrt(sympy.sinh(U) ** 2 + sympy.sin(V) ** 2)] * 2 + [1],
+    ),
+    "prolate": (
+        [AA * sympy.sinh(XI) * sympy.sin(ETA) * sympy.cos(PHI), AA * sympy.sinh(XI) * sympy.sin(ETA) * sympy.sin(PHI),
+         AA * sympy.cosh(XI) * sympy.cos(ETA)],
+        (XI, ETA, PHI),
+        [AA * sympy.sqrt(sympy.sinh(XI) ** 2 + sympy.sin(ETA) ** 2)] * 2 + [AA * sympy.sinh(XI) * sympy.sin(ETA)],
+    ),
+    "bipolar": (
+        [AA * sympy.sinh(V) / (sympy.cosh(V) - sympy.cos(U)), AA * sympy.sin(U) / (sympy.cosh(V) - sympy.cos(U)), Z],
+        (U, V, Z), [AA / (sympy.cosh(V) - sympy.cos(U))] * 2 + [1],
+    ),
+    "toroidal": (
+        [AA * sympy.sinh(V) * sympy.cos(PHI) / (sympy.cosh(V) - sympy.cos(U)),
+         AA * sympy.sinh(V) * sympy.sin(PHI) / (sympy.cosh(V) - sympy.cos(U)),
+         AA * sympy.sin(U) / (sympy.cosh(V) - sympy.cos(U))],
+        (U, V, PHI), [AA / (sympy.cosh(V) - sympy.cos(U))] * 2 + [AA * sympy.sinh(V) / (sympy.cosh(V) - sympy.cos(U))],
+    ),
+}  # fmt: skip
+"""The orthogonal coordinates of galgebra's notebook: positions, parameters, and lengths of the frame's vectors."""
+
+
+@pytest.mark.parametrize("name", CURVILINEAR)
+def test_orthogonal_coordinates(name: str) -> None:
+    """Gradient, divergence and curl are those of the textbook formulas for orthogonal coordinates, at a point."""
+    position, parameters, h = CURVILINEAR[name]
+    chart = Chart(multivector(VGA3, dict(zip(("e1", "e2", "e3"), position, strict=True))), *parameters)
+    point = {each: sympy.Rational(3 + k, 5) for k, each in enumerate(parameters)} | {AA: 2}
+
+    def near_zero(value: Any) -> bool:
+        return bool(abs(sympy.N(sympy.sympify(value).subs(point), 30)) < 1e-20)
+
+    x, y, z = parameters
+    f, A = x**2 * y + sympy.sin(z), [x * y, y * z + x, z**2 * x]
+    gradient = chart.components(chart.derivative(f))
+    assert all(near_zero(g - f.diff(u) / s) for g, u, s in zip(gradient, parameters, h, strict=True))
+    volume = sympy.prod(h)
+    divergence = sum(((A[k] * volume / h[k]).diff(parameters[k]) for k in range(3)), sympy.Integer(0)) / volume
+    vector = chart.vector(*A)
+    assert near_zero(chart.divergence(vector)["1"] - divergence)
+    frame = [multivector(VGA3, e) for e in chart.unit_frame]
+    curl = chart.curl(vector)
+    for i, j in combinations(range(3), 2):
+        wanted = ((A[j] * h[j]).diff(parameters[i]) - (A[i] * h[i]).diff(parameters[j])) / (h[i] * h[j])
+        assert near_zero(symbolic.scalar_product(frame[j] ^ frame[i], curl)["1"] - wanted)
 
 
 class TestCurvedSpaces:
