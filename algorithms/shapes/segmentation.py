@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from ..arguments import Reals, finite_number, unmasked
 from ..evidence import deviation_of_most
 from .images import Mask, checked_image, checked_seeds, checked_spacing
-from .region_edges import limited_share, supported
 from .region_growing import Region, Report, automatic_seed, depth_of, grown_region, neighbourhood, silent, window_of
 from .segment_status import SegmentStatus
 
@@ -41,8 +40,8 @@ class Segment:
         OK means that the data determine the region: it does not depend on which of its voxels is the seed, nor on the
         radius of necks unless that is given.
     confidence : float
-        The least Dice coefficient of the region and those from other seeds and radii, from 0 to 1, without differences
-        that the data do not support. They are computed until one of them is below 0.85.
+        The least Dice coefficient of the region and those from other seeds and radii, from 0 to 1. They are
+        computed until one of them is below 0.85.
     interval : (float, float)
         The least and the largest smoothed density that was accepted.
     neck : float
@@ -124,8 +123,7 @@ def segment(
         return Segment(np.zeros(image.shape, bool), SegmentStatus.NOTHING, 0.0, (np.nan, np.nan), 0.0, seeds)
     report("comparing")
     mask = found.mask if present is None else found.mask & present
-    limited = (1 - _border_share(mask)) * limited_share(found.mask, found.smooth)
-    if not limited > 0.5:
+    if _border_share(mask) > 0.5:
         return Segment(mask, SegmentStatus.UNBOUNDED, 0.0, found.interval, found.neck, seeds)
     if _share(mask, seeds) < 0.5:  # The breakdown point of the median that gave the density.
         return Segment(mask, SegmentStatus.TOO_SMALL, 0.0, found.interval, found.neck, seeds)
@@ -170,7 +168,7 @@ def _confidence(image: Reals, found: Region, seeds: Reals, step: Reals, neck: fl
     confidence = 1.0
     for others, factors in _alternatives(mask, found.smooth[window], seeds - low, step, neck):
         other = grown_region(part, others, step, neck, factors, silent)
-        again = np.zeros(part.shape, bool) if other is None else supported(other.mask, mask, found.smooth[window])
+        again = np.zeros(part.shape, bool) if other is None else other.mask
         confidence = min(confidence, 2 * float((again & mask).sum()) / float(again.sum() + mask.sum()))
         if confidence < _AGREEMENT:
             break
