@@ -185,7 +185,7 @@ def mirrored_objects(rng: np.random.Generator) -> Trial:
 
 @row(
     "`register`",
-    "boxes, prisms, cans and plates with a knob, a dent or a handle of 2 to 10 % of the area",
+    "boxes, cans and plates with another of 2 to 10 % of the area on them",
     good=True,
     slow=True,
 )
