@@ -14,7 +14,9 @@ import numpy as np
 from generated import pga3
 
 from ..arguments import Reals
+from ..evidence import WRONG
 from .clouds import Cloud
+from .contradictions import contradiction
 from .refinement import Part, Refined, Surface, moved_points, neighbours, planes_target, refined
 from .rigid_status import RegistrationStatus
 
@@ -254,10 +256,11 @@ def significantly_least(counts: Sequence[int]) -> Reals:
     return np.asarray(numbers - numbers.min() <= _DIFFERENT * np.sqrt(numbers + numbers.min() + 1))
 
 
-def explaining(poses: list[Refined], task: Task) -> list[Refined]:
-    """Return the poses that leave no more points unexplained than the best of them."""
-    kept = significantly_least([unexplained(pose.motor, task) for pose in poses])
-    return [pose for pose, good in zip(poses, kept, strict=True) if good]
+def explaining(motors: Reals, task: Task) -> Reals:
+    """Return which poses leave no more points unexplained than the best one, and no more surfaces contradicted."""
+    kept = significantly_least([unexplained(motor, task) for motor in motors])
+    possible = kept & [contradiction(motor, task.source, task.target) >= WRONG for motor in motors]
+    return possible if possible.any() else kept
 
 
 class Turned(NamedTuple):
@@ -344,7 +347,8 @@ def solved(
         if turn.better is not None:
             # A small part, as the handle of a mug, decides between turns that the large one leaves open.
             poses = [polished(hypothesis_refined(turn.better, task), last), *poses]
-        poses = explaining(poses, task)
+        kept = explaining(np.stack([pose.motor for pose in poses]), last)
+        poses = [pose for pose, good in zip(poses, kept, strict=True) if good]
         scores = np.array([score(pose.motor, last) for pose in poses])
         best = poses[int(np.argmax(scores))]
         covariance, free, weakest = uncertainty(best, last)
@@ -368,12 +372,14 @@ def solved(
     if same is not None and len(motors) > 1:
         motors = motors[same(best.motor, motors)]
     if last.exact is None and len(motors) > 1:
-        motors = motors[significantly_least([unexplained(motor, task) for motor in motors])]
+        motors = motors[explaining(motors, last)]
     order = np.argsort([-score(motor, last) for motor in motors], kind="stable")
     scores = np.array([support(motor, last) for motor in motors])
     status = RegistrationStatus.NO_SUPPORT
     if supported:
         status = _status(len(free), len(order), found, last)
+        if last.exact is None and contradiction(best.motor, last.source, last.target) < WRONG:
+            status = RegistrationStatus.UNCERTAIN
     residual, coverage = _misfit(best, last)
     return Found(
         status, motors[order], scores[order], covariance, residual, coverage, contrast, free,

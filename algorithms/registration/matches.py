@@ -242,8 +242,34 @@ def _one_motion(x: Reals, y: Reals, tolerance: float | None) -> MatchRegistratio
         best = replace(best, status=RegistrationStatus.MIRRORED)
     elif tolerance is None and best.status == RegistrationStatus.OK and _is_deformed(best, x, y, rounding):
         best = replace(best, status=RegistrationStatus.DEFORMED)
+    elif _are_repeated(best, x, y, grid):
+        return _none(RegistrationStatus.NO_SUPPORT, len(x), 0.0)
     motor = between_places(best.motor, middle_x, middle_y)
     return replace(best, motor=motor)
+
+
+def _are_repeated(found: MatchRegistration, x: Reals, y: Reals, grid: _Grid) -> bool:
+    """Return whether chance explains a motion if matches that agree in both clouds count once."""
+    rows = np.flatnonzero(found.inliers)
+    off = np.linalg.norm(np.asarray(pga3.move_point(found.motor, x[rows])) - y[rows], axis=1)
+    reach = float(off.max(initial=0.0))
+    both = np.concatenate([x[rows], y[rows]], 1)
+    left, distinct = np.ones(len(rows), bool), 0
+    tree = scipy.spatial.cKDTree(both)
+    for k in range(len(rows)):
+        if left[k]:
+            left[tree.query_ball_point(both[k], 2 * reach)] = False
+            distinct += 1
+    if distinct == len(rows):
+        return False
+    logarithm = log_false_alarms(len(x), np.array([distinct]), _share(np.array([reach]), grid), _FREEDOM)[0]
+    return bool(logarithm + np.log(len(x)) > np.log(_FREEDOM.false_alarms))
+
+
+def _share(radii: Reals, grid: _Grid) -> Reals:
+    """Return the probability that a wrong match is within a radius of its place."""
+    room = float(np.prod(grid.widths))
+    return np.asarray(np.minimum(4 / 3 * np.pi * np.maximum(radii, SINGLE * np.cbrt(room)) ** 3 / room, 1))
 
 
 def _widths(spread: Reals) -> Reals:
@@ -374,7 +400,7 @@ def _log_chance(off: Reals, tolerance: float | None, grid: _Grid) -> tuple[Reals
     site = float(np.prod(np.minimum(grid.step / grid.widths, 1)))
 
     def share(radii: Reals) -> Reals:
-        within = np.minimum(4 / 3 * np.pi * np.maximum(radii, floor) ** 3 / room, 1)
+        within = _share(radii, grid)
         # Where all matches agree, none of them is known to be wrong.
         within[..., :-1] = np.maximum(within[..., :-1], site)
         return np.asarray(within)

@@ -27,7 +27,8 @@ class RegistrationStatus(Status):
     """The clouds differ in size by so much that no rigid motion can align them; units may differ."""
     UNCERTAIN = 8
     """The best pose has support, but at it the surfaces of the clouds coincide less well than that of one cloud with
-    itself, so that another pose, which was not found, may be right."""
+    itself, or in places they are two surfaces by more than the noise: another pose, which was not found, may be right,
+    or the objects differ, as from a mirror image."""
     MIRRORED = 9
     """Of matches: a reflection explains more of them than any motion, as if one cloud had left-handed coordinates. The
     motor is that of the inliers, which are near a plane."""

@@ -259,3 +259,14 @@ def test_what_is_bent_has_no_motion() -> None:
             y = turn.apply(there) + rng.normal(0, 0.005, x.shape)
             y[wrong] = rng.normal(size=(int(wrong.sum()), 3))
             assert [each.status for each in separate_motions(x, y)] == [status]
+
+
+def test_repeated_matches_are_one_match():
+    rng = np.random.default_rng(12)
+    motor = pga3.motor_exponential(rng.normal(size=6))
+    few, many = rng.normal(size=(4, 3)), rng.normal(size=(20, 3))
+    for right, status in ((few, RegistrationStatus.NO_SUPPORT), (many, RegistrationStatus.OK)):
+        x = np.concatenate([right, rng.normal(size=(40, 3))])
+        y = np.concatenate([pga3.move_point(motor, right), rng.normal(size=(40, 3))])
+        x, y = (np.repeat(z, 6, 0) + 0.01 * rng.normal(size=(6 * len(z), 3)) for z in (x, y))
+        assert register_matches(x, y).status == status
