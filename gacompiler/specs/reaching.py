@@ -26,10 +26,8 @@ from gacompiler import (
     fold,
     iterate,
     kernel,
-    least,
     maximum,
     minimum,
-    pick,
     scan,
     select,
     sin,
@@ -307,19 +305,25 @@ FAR = 10**30
 
 
 @kernel(
-    q=BRANCHES, gap=OF_BRANCHES, off=OF_BRANCHES, wanted=VARIABLES, near=SCALAR, turns=NUMBERS, low=NUMBERS,
-    high=NUMBERS, slack=NUMBERS, right=SCALAR, exact=SCALAR, rough=SCALAR, no_root=SCALAR, coincide=SCALAR,
-    returns=(BRANCHES, OF_BRANCHES, OF_BRANCHES, VARIABLES, SCALAR, SCALAR),
+    q=BRANCHES, gap=OF_BRANCHES, goal=MOTOR, wanted=VARIABLES, near=SCALAR, axes=AXES, turns=NUMBERS, size=SCALAR,
+    free=NUMBERS, low=NUMBERS, high=NUMBERS, slack=SCALAR, right=SCALAR, exact=SCALAR, rough=SCALAR, no_root=SCALAR,
+    coincide=SCALAR, returns=(BRANCHES, OF_BRANCHES, OF_BRANCHES, VARIABLES, SCALAR, SCALAR),
 )  # fmt: skip
-def judged_branches(q, gap, off, wanted, near, turns, low, high, slack, right, exact, rough, no_root, coincide):
+def judged_branches(
+    q, gap, goal, wanted, near, axes, turns, size, free, low, high, slack, right, exact, rough, no_root, coincide
+):  # fmt: skip
     """Judge the branches that a closed form returns for a goal.
 
     Parameters
     ----------
-    q, gap, off
-        Branches, their discriminants, and the distances of their motors from the goal, as of `distance_to_goal`.
+    q, gap
+        Branches and their discriminants.
+    goal
+        The motion of all joints, from which the distance of a branch is as in `distance_to_goal`.
     wanted, near
         If `near` is positive, angles are brought near to those of `wanted`, and branches near to it are preferred.
+    free
+        1 for each joint whose variable may be changed, 0 for those that are held.
     slack
         Variables beyond a limit by up to this much, by rounding, are set to the limit.
     right
@@ -341,6 +345,7 @@ def judged_branches(q, gap, off, wanted, near, turns, low, high, slack, right, e
     singular, doubtful
         1 or 0: whether a valid branch is singular; whether a branch is in doubt, or none is valid.
     """
+    off = each(lambda branch: _distance(_motion(branch, axes, turns), goal, size), q)
     valid = each(lambda away: select(away <= right, 1, 0), off)
     singular = each(lambda root: select(absolute(root) <= coincide, 1, 0), gap)
 
@@ -350,11 +355,12 @@ def judged_branches(q, gap, off, wanted, near, turns, low, high, slack, right, e
 
     doubts = each(is_in_doubt, off, gap, singular)
 
-    def placed(x, *limits):
+    def placed(x, least, most, wish, turn, moves):
         # The atan2 of -0 and a negative number is -pi.
-        return _within(select(equal(x, -HALF_TURN), HALF_TURN, x), *limits)
+        x = select(equal(x, -HALF_TURN), HALF_TURN, x)
+        return _within(x, least, most, wish, moves * turn, moves * slack)
 
-    moved = each(lambda branch: each(placed, branch, low, high, wanted, turns, slack), q)
+    moved = each(lambda branch: each(placed, branch, low, high, wanted, turns, free), q)
 
     def is_inside(reaches, branch):
         return fold(lambda all_of, x, least, most: all_of * _inside(x, least, most), reaches, branch, low, high)
@@ -362,11 +368,13 @@ def judged_branches(q, gap, off, wanted, near, turns, low, high, slack, right, e
     within = each(is_inside, valid, moved)
     some = fold(maximum, 0, within)
 
-    def distance(branch, reaches, inside):
+    def preferred(state, branch, reaches, inside):
+        best, score = state
         away = fold(lambda sum, x, other: sum + (x - other) * (x - other), 0, branch, wanted)
-        return select(select(some > 0, inside, reaches) > 0, select(near > 0, away, 0), FAR)
+        own = select(select(some > 0, inside, reaches) > 0, select(near > 0, away, 0), FAR)
+        return each(lambda x, y: select(own < score, x, y), branch, best), select(own < score, own, score)
 
-    _, best = least(distance, moved, valid, within)
+    best, _ = fold(preferred, (wanted, 2 * FAR), moved, valid, within)
     is_singular = fold(lambda any_of, reaches, alike: maximum(any_of, reaches * alike), 0, valid, singular)
     is_doubtful = 1 - fold(maximum, 0, valid) * (1 - fold(maximum, 0, doubts))
-    return moved, valid, within, pick(moved, best, 0), is_singular, is_doubtful
+    return moved, valid, within, best, is_singular, is_doubtful

@@ -34,8 +34,8 @@ class SinglePose:
         From the motion of all joints, (8,), or if `takes_pose`, from the pose: branches (B, n), discriminants (B,), and
         whether none is missing.
     takes_pose : bool
-    distance, judge : Method
-        The kernels `distance_to_goal` and `judged_branches` for this robot.
+    judge : Method
+        The kernel `judged_branches` for this robot.
     name : str
         The method, as in `Solutions`.
     still : array, (n,)
@@ -45,7 +45,6 @@ class SinglePose:
     tool: Reals
     branches: Callable[[Reals], tuple[Reals, Reals, Any]]
     takes_pose: bool
-    distance: Method
     judge: Method
     name: str
     still: Reals
@@ -58,7 +57,7 @@ class SinglePose:
             branches = None
         still = np.zeros(len(chain))
         return cls(
-            robot.tool, branches or _in_block(form), own is not None, chain.distance_rows, judge, form.name, still
+            robot.tool, branches or _in_block(form), own is not None, judge, form.name, still
         )
 
     def attempt(self, pose: object, near: object) -> Solutions | None:
@@ -84,9 +83,7 @@ class SinglePose:
             return None
         goal = pga3.motor_between_frames(self.tool, motor)
         q, gap, complete = self.branches(motor if self.takes_pose else goal)
-        goals = np.empty((len(q), 8))
-        goals[:] = goal
-        moved, valid, within, nearest, singular, doubtful = self.judge(q, gap, self.distance(q, goals), near, wish)
+        moved, valid, within, nearest, singular, doubtful = self.judge(q, gap, goal, near, wish)
         if doubtful:
             return None
         is_valid = valid.astype(bool)

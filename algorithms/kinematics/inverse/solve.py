@@ -63,7 +63,7 @@ def inverse(
     form = None if arm is None else elbow_circle(robot) if angles is not None else _form(arm.chain, method)
     if arm is None or form is None:
         found = _with_locked(chain, goals, values, method, Hints(robot.limits[:, :2], wanted))
-        result = _with_statuses(robot, chain, found, wanted, tuple(sorted(values)))
+        result = _with_statuses(robot, chain, goals, found, wanted, tuple(sorted(values)))
     else:
         solve, known = (form.solve, arm.goals) if own is None or arm.held or method != "motors" else (own, poses)
         turns = () if angles is None else (np.where(is_finite, angles, 0.0),)
@@ -197,12 +197,12 @@ def _bounds(robot: Model) -> bytes:
 
 
 @lru_cache(maxsize=256)
-def _judge_of(chain: Chain, limits: bytes, held: tuple[int, ...]) -> Method:
+def _judge_of(chain: Chain, limits: bytes, held: tuple[int, ...], right: float = RIGHT) -> Method:
     """Return the kernel that judges the branches of a robot with the given limits, (2, n)."""
     low, high = np.frombuffer(limits).reshape(2, -1)
     free = np.array([float(joint not in held) for joint in range(len(chain))])
     return reaching.judged_branches.bind(
-        turns=free * chain.tables["turns"], low=low, high=high, slack=free * _AT_LIMIT, right=RIGHT, exact=EXACT,
+        **chain.tables, size=chain.size, free=free, low=low, high=high, slack=_AT_LIMIT, right=right, exact=EXACT,
         rough=ROUGH, no_root=NO_ROOT, coincide=COINCIDE,
     )  # fmt: skip
 
@@ -218,9 +218,7 @@ def _in_closed_form(
         solved = solver.at(start)
         q, gap = arm.whole(solved.q, start), np.ascontiguousarray(solved.gap)
         near, has_wish = _wish(None if wanted is None else wanted[start : start + BLOCK], q)
-        moved, valid, within, nearest, singular, doubtful = judge(
-            q, gap, chain.distance(q, here[:, None]), near, has_wish
-        )
+        moved, valid, within, nearest, singular, doubtful = judge(q, gap, here, near, has_wish)
         part = _Result(moved, valid > 0, FOUND[singular.astype(np.int8)], nearest, solver.name, within > 0)
         if solved.complete is not EVERY:
             part.status[~solved.complete] = Status.INCOMPLETE
@@ -231,7 +229,8 @@ def _in_closed_form(
             found = checked(arm.chain, arm.goals[start + rows], given.of_block, solver.name)
             for joint, value in arm.held.items():
                 found = _inserted(found, joint, value[start + rows])
-            again = _with_statuses(robot, chain, found, None if wanted is None else near[rows], tuple(arm.held))
+            wish = None if wanted is None else near[rows]
+            again = _with_statuses(robot, chain, here[rows], found, wish, tuple(arm.held))
             for column in _COLUMNS:
                 getattr(part, column)[rows] = getattr(again, column)
         parts.append(part)
@@ -241,13 +240,15 @@ def _in_closed_form(
     return _Result(**columns, method=solver.name)
 
 
-def _with_statuses(robot: Model, chain: Chain, found: Found, wanted: Reals | None, held: tuple[int, ...]) -> _Result:
+def _with_statuses(
+    robot: Model, chain: Chain, goals: Reals, found: Found, wanted: Reals | None, held: tuple[int, ...]
+) -> _Result:
     """Return what was found for some goals, with angles within the limits and statuses."""
-    judge = _judge_of(chain, _bounds(robot), held)
-    q, gap, off = np.ascontiguousarray(found.q), np.ascontiguousarray(found.gap), np.where(found.valid, 0.0, 1.0)
+    # Branches that are not valid are NaN; those that are were compared with their goals already.
+    judge = _judge_of(chain, _bounds(robot), held, np.inf)
+    q, gap = np.where(found.valid[..., None], found.q, np.nan), np.ascontiguousarray(found.gap)
     near, has_wish = _wish(wanted, q)
-    moved, _, within, best, singular, _ = judge(q, gap, off, near, has_wish)
-    moved[~found.valid] = np.nan
+    moved, _, within, best, singular, _ = judge(q, gap, goals, near, has_wish)
     some = np.asarray(found.valid.any(-1))
     status = np.full(len(q), Status.OUT_OF_REACH if found.method != "search" else Status.NOT_FOUND, np.int8)
     status[~found.complete] = Status.NOT_FOUND
