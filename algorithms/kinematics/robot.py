@@ -422,7 +422,7 @@ class Robot(Simulated):
         if arm is self:
             own = self._computed.own.get("inverse")
             if single is None and not locked and elbow is None and method == "motors":
-                self._computed.single_pose = single_pose(self, own)
+                self._computed.single_pose = single_pose(self)
             return _inverse(self, poses, locked=locked, elbow=elbow, method=method, near=near, own=own)
         for joint in locked or {}:
             if joint not in variables:

@@ -6,14 +6,19 @@ solved first is kept, because the following ones depend on the angle of a freely
 """
 
 from fractions import Fraction
+from functools import reduce
 
 import gacompiler as ga
 from gacompiler import SCALAR, array, kernel
 from gacompiler.algebra.catalog import PGA3
-from gacompiler.specs import arms
+from gacompiler.specs import arms, reaching
 
 LINE, POINT, PLANE, MOTOR = PGA3.UNIT_LINE, PGA3.POINT, PGA3.PLANE, PGA3.MOTOR
-PROFILE = array(SCALAR, 2, 3)
+PROFILE, SIDES = array(SCALAR, 2, 3), array(SCALAR, 3)
+EVERY = (arms.BOTH,) * 3
+"""Both sides of the solutions of three equations."""
+VARIABLES = array(SCALAR, "n")
+JUDGED = (VARIABLES, SCALAR, SCALAR, SCALAR, SCALAR)
 COINCIDE = Fraction(1, 10**12)
 """Branches with discriminants up to this coincide to 1e-6 radians, as `COINCIDE` of `algorithms.kinematics`."""
 ON_AXIS = Fraction(1, 10**20)
@@ -23,6 +28,15 @@ ON_AXIS = Fraction(1, 10**20)
 def _motion(axis, q):
     """Compute the motor of a rotation."""
     return ga.cos(q / 2) - ga.sin(q / 2) * axis
+
+
+def _in_rows(numbers, rows):
+    """Return a fixed number of numbers as an array with as many rows as another one."""
+
+    def number(k):
+        return reduce(lambda last, i: ga.select(ga.equal(k, i), numbers[i], last), range(len(numbers) - 1), numbers[-1])
+
+    return ga.each(number, ga.row_numbers(rows))
 
 
 def _smaller(gap, more):
@@ -48,16 +62,37 @@ def three_parallel_axes(goal, axes, point, plane, signs):
     return branches_of_three_parallel_axes(goal, axes, point, plane, signs)
 
 
-def branches_of_three_parallel_axes(goal, axes, point, plane, signs):
-    """Compute `three_parallel_axes`, also for constants."""
-    ones, gap_one = arms.turns_to_plane(-axes[0], goal * point * ~goal, plane)
+@kernel(
+    goal=MOTOR, sides=SIDES, wanted=VARIABLES, lines=array(LINE, 6), point=POINT, plane=PLANE, signs=array(SCALAR, 3),
+    **reaching.JUDGED, returns=JUDGED,
+)  # fmt: skip
+def three_parallel_axes_branch(
+    goal, sides, wanted, lines, point, plane, signs, axes, turns, size, free, low, high, slack, right, exact, rough,
+    no_root, coincide, missing,
+):  # fmt: skip
+    """Compute and judge one of the branches of `three_parallel_axes`, as `reaching.judged_branch`.
+
+    The sides are 1 or -1 for each of the three pairs of solutions, and `lines` are the axes.
+    """
+    chosen = [(side,) for side in sides]
+    (branch,), (gap,) = branches_of_three_parallel_axes(goal, lines, point, plane, signs, chosen)
+    return tuple(reaching.judged(
+        _in_rows(branch, low), gap, goal, wanted, axes, turns, size, free, low, high, slack, right, exact, rough,
+        no_root, coincide, missing,
+    ))  # fmt: skip
+
+
+def branches_of_three_parallel_axes(goal, axes, point, plane, signs, sides=EVERY):
+    """Compute `three_parallel_axes` for the given sides, also for constants."""
+    ones, gap_one = arms.to_plane(-axes[0], goal * point * ~goal, plane, sides[0])
     parallel = [sign * axis for sign, axis in zip(signs, axes[1:4], strict=True)]
     branches, gaps = [], []
     for one in ones:
         rest = ~_motion(axes[0], one) * goal
-        *wrists, gap_wrist = arms.turns_about_two_axes(axes[4], axes[5], ~rest * axes[1] * rest, axes[1])
+        *wrists, gap_wrist = arms.about_two_axes(axes[4], axes[5], ~rest * axes[1] * rest, axes[1], sides[1])
         for five, six in wrists:
-            middles, gap_middle = arms.planar_turns(*parallel, rest * ~(_motion(axes[4], five) * _motion(axes[5], six)))
+            wrist = _motion(axes[4], five) * _motion(axes[5], six)
+            middles, gap_middle = arms.about_parallel_axes(*parallel, rest * ~wrist, sides[2])
             for middle in middles:
                 branches.append((one, *(sign * q for sign, q in zip(signs, middle, strict=True)), five, six))
                 gaps.append(_smaller(_smaller(gap_one, gap_wrist), gap_middle))
@@ -94,8 +129,25 @@ def _chosen(condition, a, b):
     return ga.select(condition, a, b)
 
 
-def branches_of_spherical_wrist(goal, axes, centre, base, mix, third, is_first_before_third):
-    """Compute `spherical_wrist`, also for constants."""
+@kernel(
+    goal=MOTOR, sides=SIDES, wanted=VARIABLES, lines=array(LINE, 6), centre=POINT, base=POINT,
+    mix=array(SCALAR, 2, 2), third=PROFILE, order=SCALAR, **reaching.JUDGED, returns=JUDGED,
+)  # fmt: skip
+def spherical_wrist_branch(
+    goal, sides, wanted, lines, centre, base, mix, third, order, axes, turns, size, free, low, high, slack, right,
+    exact, rough, no_root, coincide, missing,
+):  # fmt: skip
+    """Compute and judge one of the branches of `spherical_wrist`, as `three_parallel_axes_branch`."""
+    chosen = [(side,) for side in sides]
+    (branch,), (gap,) = branches_of_spherical_wrist(goal, lines, centre, base, mix, third, order > 0, chosen)
+    return tuple(reaching.judged(
+        _in_rows(branch, low), gap, goal, wanted, axes, turns, size, free, low, high, slack, right, exact, rough,
+        no_root, coincide, missing,
+    ))  # fmt: skip
+
+
+def branches_of_spherical_wrist(goal, axes, centre, base, mix, third, is_first_before_third, sides=EVERY):
+    """Compute `spherical_wrist` for the given sides, also for constants."""
     goal_point = goal * centre * ~goal
     height, distance = arms.circle_profile(axes[1], base, -axes[0], goal_point)
     first = tuple(tuple(a * x + b * y for x, y in zip(height, distance, strict=True)) for a, b in mix)
@@ -107,13 +159,13 @@ def branches_of_spherical_wrist(goal, axes, centre, base, mix, third, is_first_b
         for sides in ((first, third), (third, first))
     )
     branches, gaps = [], []
-    for (a, b), gap in zip(*arms.turns_of_two_sums(known, wanted), strict=True):
+    for (a, b), gap in zip(*arms.two_sums(known, wanted, *sides[:2]), strict=True):
         one, three = _chosen(is_first_before_third, a, b), _chosen(is_first_before_third, b, a)
         two = arms.turn_between_points(
             axes[1], arms.turned_point(axes[2], centre, three), arms.turned_point(-axes[0], goal_point, one)
         )
         arm = _motion(axes[0], one) * _motion(axes[1], two) * _motion(axes[2], three)
-        wrists, gap_wrist = arms.wrist_turns(*axes[3:], ~arm * goal)
+        wrists, gap_wrist = arms.about_three_axes(*axes[3:], ~arm * goal, sides[2])
         for wrist in wrists:
             branches.append((one, two, three, *wrist))
             gaps.append(_smaller(gap, gap_wrist))

@@ -172,6 +172,13 @@ def motor_of_pose(matrix):
     return motor, reduce(maximum, away)
 
 
+@kernel(matrix=array(SCALAR, 4, 4), tool=MOTOR, returns=(MOTOR, SCALAR))
+def goal_of_pose(matrix, tool):
+    """Compute the motion that takes a tool to a homogeneous matrix, and `motor_of_pose`'s distance of the matrix."""
+    motor, away = motor_of_pose(matrix)
+    return motor * ~tool, away
+
+
 @kernel(q=VARIABLES, axes=AXES, turns=NUMBERS)
 def motion_of_joints(q, axes, turns):
     """Compute the motion of all joints together."""
@@ -302,15 +309,89 @@ def brought_within_limits(q, low, high, wanted, turns, slack):
 BRANCHES, OF_BRANCHES = array(SCALAR, "b", "n"), array(SCALAR, "b")
 FAR = 10**30
 """Larger than any squared distance of configurations."""
+JUDGED = {
+    "axes": AXES, "turns": NUMBERS, "size": SCALAR, "free": NUMBERS, "low": NUMBERS, "high": NUMBERS, "slack": SCALAR,
+    "right": SCALAR, "exact": SCALAR, "rough": SCALAR, "no_root": SCALAR, "coincide": SCALAR, "missing": SCALAR,
+}  # fmt: skip
+
+
+class Judged(NamedTuple):
+    """A branch: its variables, and 1 or 0 for whether it is valid, within limits, singular, and in doubt."""
+
+    q: Any
+    valid: Any
+    within: Any
+    singular: Any
+    doubtful: Any
+
+
+def judged(
+    q, gap, goal, wanted, axes, turns, size, free, low, high, slack, right, exact, rough, no_root, coincide, missing
+):  # fmt: skip
+    """Judge one branch as `judged_branches`."""
+    away = _distance(_motion(q, axes, turns), goal, size)
+    valid = select(away <= right, 1, 0)
+    singular = select(absolute(gap) <= coincide, 1, 0)
+    polishable = select(away > exact, select(away < rough, select(gap > no_root, 1, 0), 0), 0)
+    doubtful = maximum(polishable, singular * select(away >= rough, select(away < FAR, 1, 0), 0))
+
+    def placed(x, least, most, wish, turn, moves):
+        # The atan2 of -0 and a negative number is -pi.
+        x = select(equal(x, -HALF_TURN), HALF_TURN, x)
+        return _within(x, least, most, wish, moves * turn, moves * slack)
+
+    moved = each(placed, q, low, high, wanted, turns, free)
+    within = fold(lambda all_of, x, least, most: all_of * _inside(x, least, most), valid, moved, low, high)
+    return Judged(each(lambda x: select(valid > 0, x, missing), moved), valid, within, singular, doubtful)
+
+
+def _preferred(moved, valid, within, singular, doubtful, wanted, near):
+    some = fold(maximum, 0, within)
+
+    def preferred(state, branch, reaches, inside):
+        best, score = state
+        away = fold(lambda sum, x, other: sum + (x - other) * (x - other), 0, branch, wanted)
+        own = select(select(some > 0, inside, reaches) > 0, select(near > 0, away, 0), FAR)
+        return each(lambda x, y: select(own < score, x, y), branch, best), select(own < score, own, score)
+
+    best, _ = fold(preferred, (wanted, 2 * FAR), moved, valid, within)
+    is_singular = fold(lambda any_of, reaches, alike: maximum(any_of, reaches * alike), 0, valid, singular)
+    return best, is_singular, 1 - fold(maximum, 0, valid) * (1 - fold(maximum, 0, doubtful))
 
 
 @kernel(
-    q=BRANCHES, gap=OF_BRANCHES, goal=MOTOR, wanted=VARIABLES, near=SCALAR, axes=AXES, turns=NUMBERS, size=SCALAR,
-    free=NUMBERS, low=NUMBERS, high=NUMBERS, slack=SCALAR, right=SCALAR, exact=SCALAR, rough=SCALAR, no_root=SCALAR,
-    coincide=SCALAR, returns=(BRANCHES, OF_BRANCHES, OF_BRANCHES, VARIABLES, SCALAR, SCALAR),
+    q=VARIABLES, gap=SCALAR, goal=MOTOR, wanted=VARIABLES, **JUDGED,
+    returns=(VARIABLES, SCALAR, SCALAR, SCALAR, SCALAR),
+)  # fmt: skip
+def judged_branch(
+    q, gap, goal, wanted, axes, turns, size, free, low, high, slack, right, exact, rough, no_root, coincide, missing
+):  # fmt: skip
+    """Judge one of the branches as `judged_branches`, before any is preferred.
+
+    Returns the variables, and 1 or 0 for whether the branch is valid, within the limits, singular, and in doubt.
+    """
+    return tuple(judged(
+        q, gap, goal, wanted, axes, turns, size, free, low, high, slack, right, exact, rough, no_root, coincide,
+        missing,
+    ))  # fmt: skip
+
+
+@kernel(
+    q=BRANCHES, **dict.fromkeys(("valid", "within", "singular", "doubtful"), OF_BRANCHES), wanted=VARIABLES,
+    near=SCALAR, returns=(VARIABLES, SCALAR, SCALAR),
+)  # fmt: skip
+def preferred_branch(q, valid, within, singular, doubtful, wanted, near):
+    """Return what `judged_branches` says of all branches: the best, and whether one is singular or in doubt."""
+    return _preferred(q, valid, within, singular, doubtful, wanted, near)
+
+
+@kernel(
+    q=BRANCHES, gap=OF_BRANCHES, goal=MOTOR, wanted=VARIABLES, near=SCALAR, **JUDGED,
+    returns=(BRANCHES, OF_BRANCHES, OF_BRANCHES, VARIABLES, SCALAR, SCALAR),
 )  # fmt: skip
 def judged_branches(
-    q, gap, goal, wanted, near, axes, turns, size, free, low, high, slack, right, exact, rough, no_root, coincide
+    q, gap, goal, wanted, near, axes, turns, size, free, low, high, slack, right, exact, rough, no_root, coincide,
+    missing,
 ):  # fmt: skip
     """Judge the branches that a closed form returns for a goal.
 
@@ -333,6 +414,8 @@ def judged_branches(
         most `no_root`.
     coincide
         Branches whose discriminants are at most this are singular. They are in doubt if they differ by `rough` or more.
+    missing
+        The variables of branches that are not valid, such as NaN.
 
     Returns
     -------
@@ -345,36 +428,12 @@ def judged_branches(
     singular, doubtful
         1 or 0: whether a valid branch is singular; whether a branch is in doubt, or none is valid.
     """
-    off = each(lambda branch: _distance(_motion(branch, axes, turns), goal, size), q)
-    valid = each(lambda away: select(away <= right, 1, 0), off)
-    singular = each(lambda root: select(absolute(root) <= coincide, 1, 0), gap)
 
-    def is_in_doubt(away, root, alike):
-        polishable = select(away > exact, select(away < rough, select(root > no_root, 1, 0), 0), 0)
-        return maximum(polishable, alike * select(away >= rough, select(away < FAR, 1, 0), 0))
+    def one(branch, root):
+        return tuple(judged(
+            branch, root, goal, wanted, axes, turns, size, free, low, high, slack, right, exact, rough, no_root,
+            coincide, missing,
+        ))  # fmt: skip
 
-    doubts = each(is_in_doubt, off, gap, singular)
-
-    def placed(x, least, most, wish, turn, moves):
-        # The atan2 of -0 and a negative number is -pi.
-        x = select(equal(x, -HALF_TURN), HALF_TURN, x)
-        return _within(x, least, most, wish, moves * turn, moves * slack)
-
-    moved = each(lambda branch: each(placed, branch, low, high, wanted, turns, free), q)
-
-    def is_inside(reaches, branch):
-        return fold(lambda all_of, x, least, most: all_of * _inside(x, least, most), reaches, branch, low, high)
-
-    within = each(is_inside, valid, moved)
-    some = fold(maximum, 0, within)
-
-    def preferred(state, branch, reaches, inside):
-        best, score = state
-        away = fold(lambda sum, x, other: sum + (x - other) * (x - other), 0, branch, wanted)
-        own = select(select(some > 0, inside, reaches) > 0, select(near > 0, away, 0), FAR)
-        return each(lambda x, y: select(own < score, x, y), branch, best), select(own < score, own, score)
-
-    best, _ = fold(preferred, (wanted, 2 * FAR), moved, valid, within)
-    is_singular = fold(lambda any_of, reaches, alike: maximum(any_of, reaches * alike), 0, valid, singular)
-    is_doubtful = 1 - fold(maximum, 0, valid) * (1 - fold(maximum, 0, doubts))
-    return moved, valid, within, best, is_singular, is_doubtful
+    moved, valid, within, singular, doubtful = each(one, q, gap)
+    return moved, valid, within, *_preferred(moved, valid, within, singular, doubtful, wanted, near)

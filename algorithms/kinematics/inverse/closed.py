@@ -10,7 +10,7 @@ import numpy as np
 from generated import arms, closed_arms, pga3
 
 from ...arguments import Reals
-from .chain import COINCIDE, TOLERANCE, Chain, common_point, direction, parallel
+from .chain import COINCIDE, TOLERANCE, Chain, Method, common_point, direction, parallel
 from .regional import Regional
 from .solutions import Branches
 
@@ -94,6 +94,14 @@ class SphericalWrist:
         *rows, order = self.regional.two_sums
         return dict(zip(names, (*rows, order > 0), strict=True))
 
+    @property
+    def one(self) -> tuple[Method, Tables] | None:
+        """As in `ThreeParallel`; None if the first three joints need a quartic, or slide."""
+        if not self.regional.is_two_sums:
+            return None
+        named = dict(zip(("centre", "base", "mix", "third", "order"), self.regional.two_sums, strict=True))
+        return closed_arms.spherical_wrist_branch, {"lines": self.chain.axes, **named}
+
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
         """As in `Closed`."""
         if self.regional.is_two_sums:
@@ -137,6 +145,11 @@ class ThreeParallel:
     def tables(self) -> Tables:
         """What `gacompiler.robots.three_parallel_axes` takes."""
         return {"point": self.point, "plane": self.plane, "signs": self.signs}
+
+    @property
+    def one(self) -> tuple[Method, Tables]:
+        """The kernel that computes and judges one branch, and its tables that describe the arm."""
+        return closed_arms.three_parallel_axes_branch, {"lines": self.chain.axes, **self.tables}
 
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
         """As in `Closed`."""

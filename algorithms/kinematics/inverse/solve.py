@@ -74,11 +74,11 @@ def inverse(
     return result.solutions(shape)
 
 
-def single_pose(robot: Model, own: Method | None) -> SinglePose | None:
+def single_pose(robot: Model) -> SinglePose | None:
     """Return what computes the branches of a single pose of a robot, or None if its poses must be searched."""
     chain = chain_of(robot.axes, tuple(kind.value == "prismatic" for kind in robot.kinds))
     form = _form(chain, "motors")
-    return None if form is None else SinglePose.of(robot, chain, form, own, _judge_of(chain, _bounds(robot), ()))
+    return None if form is None else SinglePose.of(robot, chain, form, _judged_by(chain, _bounds(robot), (), RIGHT))
 
 
 def _check_method(robot: Model, method: str, elbow: ArrayLike | None) -> None:
@@ -199,12 +199,16 @@ def _bounds(robot: Model) -> bytes:
 @lru_cache(maxsize=256)
 def _judge_of(chain: Chain, limits: bytes, held: tuple[int, ...], right: float = RIGHT) -> Method:
     """Return the kernel that judges the branches of a robot with the given limits, (2, n)."""
+    return reaching.judged_branches.bind(**_judged_by(chain, limits, held, right))
+
+
+def _judged_by(chain: Chain, limits: bytes, held: tuple[int, ...], right: float) -> dict[str, Any]:
+    """Return the tables of `judged_branch` and `judged_branches`."""
     low, high = np.frombuffer(limits).reshape(2, -1)
     free = np.array([float(joint not in held) for joint in range(len(chain))])
-    return reaching.judged_branches.bind(
-        **chain.tables, size=chain.size, free=free, low=low, high=high, slack=_AT_LIMIT, right=right, exact=EXACT,
-        rough=ROUGH, no_root=NO_ROOT, coincide=COINCIDE,
-    )  # fmt: skip
+    given: dict[str, Any] = {"free": free, "low": low, "high": high, "slack": _AT_LIMIT, "right": right, "exact": EXACT}
+    given |= {"rough": ROUGH, "no_root": NO_ROOT, "coincide": COINCIDE, "missing": np.nan}
+    return {**chain.tables, "size": chain.size, **given}
 
 
 def _in_closed_form(
@@ -222,7 +226,6 @@ def _in_closed_form(
         part = _Result(moved, valid > 0, FOUND[singular.astype(np.int8)], nearest, solver.name, within > 0)
         if solved.complete is not EVERY:
             part.status[~solved.complete] = Status.INCOMPLETE
-        part.q[~part.valid] = np.nan
         if np.count_nonzero(doubtful):
             rows = np.flatnonzero(doubtful)
             given = Branches(solved.q[rows], gap[rows], np.broadcast_to(solved.complete, len(q))[rows])
