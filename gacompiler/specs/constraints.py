@@ -321,9 +321,12 @@ def eliminated(mass, columns, force):
         above, others, value = (pick(part, k, 0) for part in old)
         pivot = pick(above, k, 0)
         inverse = select(equal(pivot, 0), 0, 1 / select(equal(pivot, 0), 1, pivot))
+        # Quotients are arrays of their own, so that rows are reduced in place.
+        above, others = (each(lambda x: inverse * x, row) for row in (above, others))
+        value = inverse * value
 
         def reduced(row, own, right, i):
-            factor = select(i > k, inverse * pick(row, k, 0), 0)
+            factor = select(i > k, pick(row, k, 0), 0)
             return (
                 each(lambda x, y: x - factor * y, row, above),
                 each(lambda x, y: x - factor * y, own, others),
