@@ -150,7 +150,7 @@ def _motion(q, axes, turns):
     return fold(lambda motion, *joint: motion * _moved(*joint), 1, q, axes, turns)
 
 
-def _distance(made, goal, size):
+def difference(made, goal, size):
     """Return the largest difference between coefficients of two motors of any sign, of lengths in units of size / 2."""
     near, far = [], []
     for name in MOTOR.blades:
@@ -191,7 +191,12 @@ def distance_to_goal(q, goal, axes, turns, size):
 
     Coefficients of the translation are in units of half of `size`.
     """
-    return _distance(_motion(q, axes, turns), goal, size)
+    return distance(q, goal, axes, turns, size)
+
+
+def distance(q, goal, axes, turns, size):
+    """Compute `distance_to_goal`."""
+    return difference(_motion(q, axes, turns), goal, size)
 
 
 @kernel(q=VARIABLES, axes=AXES, turns=NUMBERS, size=SCALAR, returns=array(SCALAR, "n", 6))
@@ -224,7 +229,7 @@ def _descent(start, move, goal, axes, turns, size, enough, at_most):
 
     begun = State(start, left, rates, error, START, 0, start, error)
     found, _, _ = iterate(step, begun, lambda old, new: new.done > 0, at_most)
-    return found.best, found.least, _distance(_motion(found.best, axes, turns), goal, size)
+    return found.best, found.least, difference(_motion(found.best, axes, turns), goal, size)
 
 
 ARM = {"axes": AXES, "turns": NUMBERS, "size": SCALAR, "enough": SCALAR, "at_most": SCALAR}
@@ -310,7 +315,7 @@ BRANCHES, OF_BRANCHES = array(SCALAR, "b", "n"), array(SCALAR, "b")
 FAR = 10**30
 """Larger than any squared distance of configurations."""
 JUDGED = {
-    "axes": AXES, "turns": NUMBERS, "size": SCALAR, "free": NUMBERS, "low": NUMBERS, "high": NUMBERS, "slack": SCALAR,
+    "turns": NUMBERS, "free": NUMBERS, "low": NUMBERS, "high": NUMBERS, "slack": SCALAR,
     "right": SCALAR, "exact": SCALAR, "rough": SCALAR, "no_root": SCALAR, "coincide": SCALAR, "missing": SCALAR,
 }  # fmt: skip
 
@@ -326,10 +331,9 @@ class Judged(NamedTuple):
 
 
 def judged(
-    q, gap, goal, wanted, axes, turns, size, free, low, high, slack, right, exact, rough, no_root, coincide, missing
+    q, gap, away, wanted, turns, free, low, high, slack, right, exact, rough, no_root, coincide, missing
 ):  # fmt: skip
-    """Judge one branch as `judged_branches`."""
-    away = _distance(_motion(q, axes, turns), goal, size)
+    """Judge one branch, at a distance from the goal, as `judged_branches`."""
     valid = select(away <= right, 1, 0)
     singular = select(absolute(gap) <= coincide, 1, 0)
     polishable = select(away > exact, select(away < rough, select(gap > no_root, 1, 0), 0), 0)
@@ -360,19 +364,19 @@ def _preferred(moved, valid, within, singular, doubtful, wanted, near):
 
 
 @kernel(
-    q=VARIABLES, gap=SCALAR, goal=MOTOR, wanted=VARIABLES, **JUDGED,
+    q=VARIABLES, gap=SCALAR, goal=MOTOR, wanted=VARIABLES, axes=AXES, size=SCALAR, **JUDGED,
     returns=(VARIABLES, SCALAR, SCALAR, SCALAR, SCALAR),
 )  # fmt: skip
 def judged_branch(
-    q, gap, goal, wanted, axes, turns, size, free, low, high, slack, right, exact, rough, no_root, coincide, missing
+    q, gap, goal, wanted, axes, size, turns, free, low, high, slack, right, exact, rough, no_root, coincide, missing
 ):  # fmt: skip
     """Judge one of the branches as `judged_branches`, before any is preferred.
 
     Returns the variables, and 1 or 0 for whether the branch is valid, within the limits, singular, and in doubt.
     """
     return tuple(judged(
-        q, gap, goal, wanted, axes, turns, size, free, low, high, slack, right, exact, rough, no_root, coincide,
-        missing,
+        q, gap, distance(q, goal, axes, turns, size), wanted, turns, free, low, high, slack, right, exact, rough,
+        no_root, coincide, missing,
     ))  # fmt: skip
 
 
@@ -386,21 +390,18 @@ def preferred_branch(q, valid, within, singular, doubtful, wanted, near):
 
 
 @kernel(
-    q=BRANCHES, gap=OF_BRANCHES, goal=MOTOR, wanted=VARIABLES, near=SCALAR, **JUDGED,
+    q=BRANCHES, gap=OF_BRANCHES, off=OF_BRANCHES, wanted=VARIABLES, near=SCALAR, **JUDGED,
     returns=(BRANCHES, OF_BRANCHES, OF_BRANCHES, VARIABLES, SCALAR, SCALAR),
 )  # fmt: skip
 def judged_branches(
-    q, gap, goal, wanted, near, axes, turns, size, free, low, high, slack, right, exact, rough, no_root, coincide,
-    missing,
+    q, gap, off, wanted, near, turns, free, low, high, slack, right, exact, rough, no_root, coincide, missing
 ):  # fmt: skip
     """Judge the branches that a closed form returns for a goal.
 
     Parameters
     ----------
-    q, gap
-        Branches and their discriminants.
-    goal
-        The motion of all joints, from which the distance of a branch is as in `distance_to_goal`.
+    q, gap, off
+        Branches, their discriminants, and the distances of their motors from the goal, as of `distance_to_goal`.
     wanted, near
         If `near` is positive, angles are brought near to those of `wanted`, and branches near to it are preferred.
     free
@@ -429,11 +430,10 @@ def judged_branches(
         1 or 0: whether a valid branch is singular; whether a branch is in doubt, or none is valid.
     """
 
-    def one(branch, root):
+    def one(branch, root, away):
         return tuple(judged(
-            branch, root, goal, wanted, axes, turns, size, free, low, high, slack, right, exact, rough, no_root,
-            coincide, missing,
+            branch, root, away, wanted, turns, free, low, high, slack, right, exact, rough, no_root, coincide, missing
         ))  # fmt: skip
 
-    moved, valid, within, singular, doubtful = each(one, q, gap)
+    moved, valid, within, singular, doubtful = each(one, q, gap, off)
     return moved, valid, within, *_preferred(moved, valid, within, singular, doubtful, wanted, near)

@@ -49,9 +49,13 @@ class SinglePose:
     @classmethod
     def of(cls, robot: Model, chain: Chain, form: Closed, judging: Tables) -> SinglePose:
         """Return the kernels for a robot, and the tables by which branches are judged."""
+        judging = {"axes": chain.tables["axes"], "size": chain.size, **judging}
         one = form.one if isinstance(form, (SphericalWrist, ThreeParallel)) else None
         return cls(
-            robot.tool, _one_by_one(*one, judging) if one else _in_block(form, judging), form.name, np.zeros(len(chain))
+            robot.tool,
+            _one_by_one(*one, judging) if one else _in_block(form, judging),
+            form.name,
+            np.zeros(len(chain)),
         )
 
     def attempt(self, pose: object, near: object) -> Solutions | None:
