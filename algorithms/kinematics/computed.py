@@ -97,8 +97,8 @@ class Computed:
         The fixed parts of the last tasks of `Robot.reach`, and the object that computes them.
     arm : tuple or None
         The chain from the base to the end effector as a robot, None for the robot itself, and its variables.
-    single_pose : SinglePose or None
-        The kernels of `Robot.inverse` for one pose, after the first call.
+    single_pose : SinglePose, False or None
+        The kernels of `Robot.inverse` for one pose, after the first call; False if poses must be searched.
     of_links : dict of str to tuple of Method
         The kernels of poses and Jacobians of the links that have been used, None for links that do not move.
     """

@@ -45,7 +45,11 @@ class ConstraintStatus(Status):
     NOT_FINITE = 4
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+_FLOAT64 = np.dtype(np.float64)
+_OK, _REDUNDANT, _CONTRADICTORY = (np.array(code, np.int8) for code in tuple(ConstraintStatus)[:3])
+
+
+@dataclass(slots=True, eq=False)
 class Response:
     """What a robot does under constraints.
 
@@ -73,7 +77,7 @@ class _Given(NamedTuple):
 
     def shaped(self, found: Reals, axes: int = 1) -> Reals:
         """Return a result with its last axes, in the shape and type of the arguments."""
-        if found.ndim == axes and not self.lead and self.dtype == found.dtype:
+        if found.ndim == axes and not self.lead and self.dtype is found.dtype:
             return found
         return found.reshape(*self.lead, *found.shape[found.ndim - axes :]).astype(self.dtype, copy=False)
 
@@ -322,7 +326,7 @@ class Constrained:
         """Check and broadcast arguments. Single configurations in double precision, as of control loops, come first."""
         rows = tuple(value for value, _ in values)
         for row, length in zip(rows, self._lengths, strict=False):
-            if type(row) is not np.ndarray or row.dtype != np.float64 or row.shape != (length,):
+            if type(row) is not np.ndarray or row.dtype is not _FLOAT64 or row.shape != (length,):
                 break
         else:
             return _Given((), rows[0].dtype, rows)
@@ -341,10 +345,10 @@ class Constrained:
         # What remains of a row and of its right-hand side may each be this part of its terms.
         is_single = found.ndim == 1
         if is_single and isfinite(np.dot(found, found) + np.dot(forces, forces)):
-            status = ConstraintStatus.OK if count == self._count else ConstraintStatus.REDUNDANT
+            status = _OK if count == self._count else _REDUNDANT
             if left > 2 * _DEPENDENT:
-                status = ConstraintStatus.CONTRADICTORY
-            return Response(given.shaped(found), given.shaped(forces), np.array(status, np.int8))
+                status = _CONTRADICTORY
+            return Response(given.shaped(found), given.shaped(forces), status.copy())
         codes = np.where(np.asarray(count) < self._count, ConstraintStatus.REDUNDANT, ConstraintStatus.OK)
         codes = np.where(np.asarray(left) > 2 * _DEPENDENT, ConstraintStatus.CONTRADICTORY, codes)
         is_found = np.isfinite(found).all(-1) & np.isfinite(forces).all(-1)

@@ -8,8 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from generated import matrices
+
 from ..arguments import Reals
 from .differential import Differential
+
+_SMALL = 12
+"""Two products of single matrices with at most this many rows take less time in a kernel than two calls of BLAS."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -189,12 +194,11 @@ class Dynamics(Differential):
         """
         by_q, by_qd = self.inverse_dynamics_derivatives(q, qd, self.forward_dynamics(q, qd, tau))
         inverse = self.inverse_mass_matrix(q)
-        less = -inverse
-        if by_q.ndim == inverse.ndim == 2:
-            # `matmul` takes twice as long for small matrices because it checks for further axes.
-            return np.dot(less, by_q), np.dot(less, by_qd), inverse
+        if by_q.ndim == inverse.ndim == 2 and len(inverse) > _SMALL:
+            return np.dot(-inverse, by_q), np.dot(-inverse, by_qd), inverse
+        found_by_q, found_by_qd = matrices.derivatives_of_solution(inverse, by_q, by_qd)
         by_tau = inverse if inverse.shape == by_q.shape else np.broadcast_to(inverse, by_q.shape).copy()
-        return less @ by_q, less @ by_qd, by_tau
+        return found_by_q, found_by_qd, by_tau
 
     def inverse_dynamics_slopes(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> tuple[Reals, Reals]:
         """Return `inverse_dynamics_derivatives` under its deprecated name, with a DeprecationWarning."""

@@ -400,7 +400,7 @@ class Robot(Simulated):
             arm, or the link is unknown or fixed to the base.
         """
         single = self._computed.single_pose
-        if single is not None and locked is None and elbow is None and method == "motors" and link is None is way:
+        if single and locked is None and elbow is None and method == "motors" and link is None is way:
             quick: Solutions | None = single.attempt(poses, near)
             if quick is not None:
                 return quick
@@ -422,7 +422,7 @@ class Robot(Simulated):
         if arm is self:
             own = self._computed.own.get("inverse")
             if single is None and not locked and elbow is None and method == "motors":
-                self._computed.single_pose = single_pose(self, own)
+                self._computed.single_pose = single_pose(self) or False
             return _inverse(self, poses, locked=locked, elbow=elbow, method=method, near=near, own=own)
         for joint in locked or {}:
             if joint not in variables:

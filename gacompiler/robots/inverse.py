@@ -100,7 +100,7 @@ def _solved(chain: Chain, pose: Any, solve: Callable[..., Any], backwards: bool)
         raise SpecError("inverse", "slides, or joints beside the arm or coupled", "a serial arm of revolute joints")
     axes = [line_of(*line) for line in directions_and_moments(chain)]
     goal = pose * ~motor_of(chain.tool)
-    branches, gaps = solve(~goal, [-axis for axis in reversed(axes)]) if backwards else solve(goal, axes)
+    branches, gaps, *_ = solve(~goal, [-axis for axis in reversed(axes)]) if backwards else solve(goal, axes)
     rows = [tuple(reversed(row)) if backwards else row for row in branches]
     value = (tuple(rows), tuple(gaps), tuple(_error(pose, motor_of_variables(chain, row)) for row in rows))
     return like(value, with_constants_folded([lift(leaf) for leaf in leaves_of(value)]))

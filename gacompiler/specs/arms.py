@@ -23,6 +23,8 @@ UNIT_LINE = PGA3.UNIT_LINE
 ORIGIN = PGA3.multivector({"e123": 1})
 PAIR, PROFILE = array(SCALAR, 2), array(SCALAR, 2, 3)
 BRANCHES = array(SCALAR, 2, 3)
+BOTH = (1, -1)
+"""The sides of the two solutions of an equation; functions that have these as a parameter compute one for each."""
 TINY = Fraction(1, 10**24)
 """Squared lengths up to this value are treated as rounding errors."""
 
@@ -60,14 +62,14 @@ def _unit(cosine, sine):
     return ga.select(nothing, 1, cosine / safe), sine / safe
 
 
-def _angles(a, b, c):
-    """Return unnormalised (cosine, sine) of both solutions of ``a cos + b sin = c``, and the discriminant."""
+def _angles(a, b, c, sides=BOTH):
+    """Return unnormalised (cosine, sine) of the solutions of ``a cos + b sin = c``, and the discriminant."""
     size = a * a + b * b
     gap = size - c * c
     root = ga.sqrt(ga.maximum(gap, 0))
-    first, second = (a * c - b * root, b * c + a * root), (a * c + b * root, b * c - a * root)
+    solutions = [(a * c - side * (b * root), b * c + side * (a * root)) for side in sides]
     every = size + c * c <= TINY
-    return first, second, ga.select(every, 0, ga.maximum(gap / ga.maximum(size, TINY), -1))
+    return *solutions, ga.select(every, 0, ga.maximum(gap / ga.maximum(size, TINY), -1))
 
 
 def _line_turn(line, x, y):
@@ -111,14 +113,19 @@ def turns_of_two_sums(known, wanted):
     The rows of `known` are (a, b, c), the rows of `wanted` are (d, e, f). Returns the angles (p, q) of four branches,
     for each p both values of q in turn, and for each branch the smaller discriminant.
     """
+    return two_sums(known, wanted)
+
+
+def two_sums(known, wanted, first=BOTH, second=BOTH):
+    """Compute `turns_of_two_sums` for sides of both solutions."""
     (a, b, c), (x, y, z) = known
-    *first, gap = _angles(a, b, wanted[0][2] - c)
+    *solutions, gap = _angles(a, b, wanted[0][2] - c, first)
     branches, gaps = [], []
-    for solution in first:
+    for solution in solutions:
         cosine, sine = _unit(*solution)
-        *second, gap_second = _angles(wanted[1][0], wanted[1][1], x * cosine + y * sine + z - wanted[1][2])
-        branches += [(_angle(solution), _angle(turn)) for turn in second]
-        gaps += [ga.minimum(gap, gap_second)] * 2
+        *others, gap_second = _angles(wanted[1][0], wanted[1][1], x * cosine + y * sine + z - wanted[1][2], second)
+        branches += [(_angle(solution), _angle(turn)) for turn in others]
+        gaps += [ga.minimum(gap, gap_second)] * len(second)
     return tuple(branches), tuple(gaps)
 
 
@@ -192,9 +199,14 @@ def turn_between_lines(line, a, b):
 @kernel(line=UNIT_LINE, p=POINT, plane=PLANE, returns=(PAIR, SCALAR))
 def turns_to_plane(line, p, plane):
     """Compute both angles about a normalised line that take the point `p` into a plane, and the discriminant."""
+    return to_plane(line, p, plane)
+
+
+def to_plane(line, p, plane, sides=BOTH):
+    """Compute `turns_to_plane` for the given sides."""
     centre, radius, tangent = _circle(line, p)
-    first, second, discriminant = _angles(plane & radius, plane & tangent, -(plane & centre))
-    return (_angle(first), _angle(second)), discriminant
+    *solutions, discriminant = _angles(plane & radius, plane & tangent, -(plane & centre), sides)
+    return tuple(map(_angle, solutions)), discriminant
 
 
 @kernel(line=UNIT_LINE, p=POINT, centre=POINT, distance=SCALAR, returns=(PAIR, SCALAR))
@@ -257,8 +269,15 @@ def turns_about_two_axes(first, second, a, b):
     The rotation about the second axis is applied first. Returns both branches (angle about the first axis, angle about
     the second), and the discriminant.
     """
+    return about_two_axes(first, second, a, b)
+
+
+def about_two_axes(first, second, a, b, sides=BOTH):
+    """Compute `turns_about_two_axes` for the given sides."""
     centre, radius, tangent = _line_circle(second, a)
-    *solutions, discriminant = _angles(_dot(first, radius), _dot(first, tangent), _dot(first, b) - _dot(first, centre))
+    *solutions, discriminant = _angles(
+        _dot(first, radius), _dot(first, tangent), _dot(first, b) - _dot(first, centre), sides
+    )
     branches = []
     for solution in solutions:
         cosine, sine = _unit(*solution)
@@ -275,13 +294,18 @@ def wrist_turns(first, second, third, m):
     rotation, determines the angles of the first and second; the plane of second and third axis determines the angle of
     the third. Returns both branches as rows, and the discriminant.
     """
+    return about_three_axes(first, second, third, m)
+
+
+def about_three_axes(first, second, third, m, sides=BOTH):
+    """Compute `wrist_turns` for the given sides."""
     goal = m * third * ~m
     centre, radius, tangent = _line_circle(second, third)
     *solutions, discriminant = _angles(
-        _dot(first, radius), _dot(first, tangent), _dot(first, goal) - _dot(first, centre)
+        _dot(first, radius), _dot(first, tangent), _dot(first, goal) - _dot(first, centre), sides
     )
     branches = []
-    for solution, side in zip(solutions, (1, -1), strict=True):
+    for solution, side in zip(solutions, sides, strict=True):
         cosine, sine = _unit(*solution)
         x, onward = centre + cosine * radius + sine * tangent, cosine * tangent - sine * radius
         # If it is on the first axis up to rounding, use its direction of motion instead.
@@ -301,6 +325,11 @@ def planar_turns(first, second, third, m):
     The rotation about the third axis is applied first. A point of the third axis determines the first two angles, and a
     direction the sum of all three. Returns both branches as rows, and the discriminant.
     """
+    return about_parallel_axes(first, second, third, m)
+
+
+def about_parallel_axes(first, second, third, m, sides=BOTH):
+    """Compute `planar_turns` for the given sides."""
     p = foot_on_unit_line(ORIGIN, third)
     goal = (m * p * ~m) & first
     centre, radius, tangent = _circle(second, p)
@@ -309,6 +338,7 @@ def planar_turns(first, second, third, m):
         2 * ga.scalar_product(base, across),
         2 * ga.scalar_product(base, around),
         ga.norm_squared(goal) - ga.norm_squared(base) - ga.norm_squared(across),
+        sides,
     )
     moved = m * radius * ~m
     whole = _inner(radius, moved), _inner(direction_of_line(first), _cross(radius, moved))

@@ -6,14 +6,19 @@ solved first is kept, because the following ones depend on the angle of a freely
 """
 
 from fractions import Fraction
+from functools import reduce
 
 import gacompiler as ga
 from gacompiler import SCALAR, array, kernel
 from gacompiler.algebra.catalog import PGA3
-from gacompiler.specs import arms
+from gacompiler.specs import arms, reaching
 
 LINE, POINT, PLANE, MOTOR = PGA3.UNIT_LINE, PGA3.POINT, PGA3.PLANE, PGA3.MOTOR
-PROFILE = array(SCALAR, 2, 3)
+PROFILE, SIDES = array(SCALAR, 2, 3), array(SCALAR, 3)
+EVERY = (arms.BOTH,) * 3
+"""Both sides of the solutions of three equations."""
+VARIABLES = array(SCALAR, "n")
+JUDGED = (VARIABLES, SCALAR, SCALAR, SCALAR, SCALAR)
 COINCIDE = Fraction(1, 10**12)
 """Branches with discriminants up to this coincide to 1e-6 radians, as `COINCIDE` of `algorithms.kinematics`."""
 ON_AXIS = Fraction(1, 10**20)
@@ -25,15 +30,32 @@ def _motion(axis, q):
     return ga.cos(q / 2) - ga.sin(q / 2) * axis
 
 
+def _in_rows(numbers, rows):
+    """Return a fixed number of numbers as an array with as many rows as another one."""
+
+    def number(k):
+        return reduce(lambda last, i: ga.select(ga.equal(k, i), numbers[i], last), range(len(numbers) - 1), numbers[-1])
+
+    return ga.each(number, ga.row_numbers(rows))
+
+
+def _motions(axes, angles):
+    return reduce(lambda made, pair: made * _motion(*pair), zip(axes, angles, strict=True), 1)
+
+
+def _measured(branches, gaps, ends, size):
+    return branches, gaps, tuple(reaching.difference(*pair, size) for pair in ends)
+
+
 def _smaller(gap, more):
     return ga.select(ga.absolute(gap) <= COINCIDE, gap, ga.minimum(gap, more))
 
 
 @kernel(
-    goal=MOTOR, axes=array(LINE, 6), point=POINT, plane=PLANE, signs=array(SCALAR, 3),
-    returns=(array(SCALAR, 8, 6), array(SCALAR, 8)),
+    goal=MOTOR, axes=array(LINE, 6), point=POINT, plane=PLANE, signs=array(SCALAR, 3), size=SCALAR,
+    returns=(array(SCALAR, 8, 6), array(SCALAR, 8), array(SCALAR, 8)),
 )  # fmt: skip
-def three_parallel_axes(goal, axes, point, plane, signs):
+def three_parallel_axes(goal, axes, point, plane, signs, size):
     """Solve six joints of which the second to fourth are parallel and the last two intersect.
 
     Parameters
@@ -44,31 +66,63 @@ def three_parallel_axes(goal, axes, point, plane, signs):
         Where the last two axes intersect, and the plane through this point orthogonal to the parallel axes.
     signs
         1 or -1 for each of the parallel axes: whether it has the direction of the first of them.
+    size
+        A length of the order of the arm's reach, by which distances are divided.
+
+    Returns
+    -------
+    branches, discriminants, distances
+        The last are differences of motors as of `reaching.distance_to_goal`: where the joints that are solved last lead
+        to, and where the others leave them to go.
     """
-    return branches_of_three_parallel_axes(goal, axes, point, plane, signs)
+    return _measured(*branches_of_three_parallel_axes(goal, axes, point, plane, signs), size)
 
 
-def branches_of_three_parallel_axes(goal, axes, point, plane, signs):
-    """Compute `three_parallel_axes`, also for constants."""
-    ones, gap_one = arms.turns_to_plane(-axes[0], goal * point * ~goal, plane)
+@kernel(
+    goal=MOTOR, sides=SIDES, wanted=VARIABLES, lines=array(LINE, 6), point=POINT, plane=PLANE, signs=array(SCALAR, 3),
+    axes=reaching.AXES, size=SCALAR, **reaching.JUDGED, returns=JUDGED,
+)  # fmt: skip
+def three_parallel_axes_branch(
+    goal, sides, wanted, lines, point, plane, signs, axes, size, turns, free, low, high, slack, right, exact, rough,
+    no_root, coincide, missing,
+):  # fmt: skip
+    """Compute and judge one of the branches of `three_parallel_axes`, as `reaching.judged_branch`.
+
+    The sides are 1 or -1 for each of the three pairs of solutions, and `lines` are the axes.
+    """
+    chosen = [(side,) for side in sides]
+    (branch,), (gap,), _ = branches_of_three_parallel_axes(goal, lines, point, plane, signs, chosen)
+    q = _in_rows(branch, low)
+    return tuple(reaching.judged(
+        q, gap, reaching.distance(q, goal, axes, turns, size), wanted, turns, free, low, high, slack, right, exact,
+        rough, no_root, coincide, missing,
+    ))  # fmt: skip
+
+
+def branches_of_three_parallel_axes(goal, axes, point, plane, signs, sides=EVERY):
+    """Compute `three_parallel_axes` for the given sides, also for constants; pairs of motors instead of distances."""
+    ones, gap_one = arms.to_plane(-axes[0], goal * point * ~goal, plane, sides[0])
     parallel = [sign * axis for sign, axis in zip(signs, axes[1:4], strict=True)]
-    branches, gaps = [], []
+    branches, gaps, ends = [], [], []
     for one in ones:
         rest = ~_motion(axes[0], one) * goal
-        *wrists, gap_wrist = arms.turns_about_two_axes(axes[4], axes[5], ~rest * axes[1] * rest, axes[1])
+        *wrists, gap_wrist = arms.about_two_axes(axes[4], axes[5], ~rest * axes[1] * rest, axes[1], sides[1])
         for five, six in wrists:
-            middles, gap_middle = arms.planar_turns(*parallel, rest * ~(_motion(axes[4], five) * _motion(axes[5], six)))
+            wrist = _motion(axes[4], five) * _motion(axes[5], six)
+            left = rest * ~wrist
+            middles, gap_middle = arms.about_parallel_axes(*parallel, left, sides[2])
             for middle in middles:
                 branches.append((one, *(sign * q for sign, q in zip(signs, middle, strict=True)), five, six))
                 gaps.append(_smaller(_smaller(gap_one, gap_wrist), gap_middle))
-    return tuple(branches), tuple(gaps)
+                ends.append((_motions(parallel, middle), left))
+    return tuple(branches), tuple(gaps), tuple(ends)
 
 
 @kernel(
     goal=MOTOR, axes=array(LINE, 6), centre=POINT, base=POINT, mix=array(SCALAR, 2, 2), third=PROFILE, order=SCALAR,
-    returns=(array(SCALAR, 8, 6), array(SCALAR, 8)),
+    size=SCALAR, returns=(array(SCALAR, 8, 6), array(SCALAR, 8), array(SCALAR, 8)),
 )  # fmt: skip
-def spherical_wrist(goal, axes, centre, base, mix, third, order):
+def spherical_wrist(goal, axes, centre, base, mix, third, order, size):
     """Solve six revolute joints of which the last three intersect, and of the others two intersect or are parallel.
 
     Parameters
@@ -83,8 +137,10 @@ def spherical_wrist(goal, axes, centre, base, mix, third, order):
         The side of the third joint in the combined equations, as returned by `arms.circle_profile`.
     order
         Positive if the first joint is solved before the third one, negative if after it.
+    size
+        As in `three_parallel_axes`, which says what is returned.
     """
-    return branches_of_spherical_wrist(goal, axes, centre, base, mix, third, order > 0)
+    return _measured(*branches_of_spherical_wrist(goal, axes, centre, base, mix, third, order > 0), size)
 
 
 def _chosen(condition, a, b):
@@ -94,8 +150,27 @@ def _chosen(condition, a, b):
     return ga.select(condition, a, b)
 
 
-def branches_of_spherical_wrist(goal, axes, centre, base, mix, third, is_first_before_third):
-    """Compute `spherical_wrist`, also for constants."""
+@kernel(
+    goal=MOTOR, sides=SIDES, wanted=VARIABLES, lines=array(LINE, 6), centre=POINT, base=POINT,
+    mix=array(SCALAR, 2, 2), third=PROFILE, order=SCALAR,
+    axes=reaching.AXES, size=SCALAR, **reaching.JUDGED, returns=JUDGED,
+)  # fmt: skip
+def spherical_wrist_branch(
+    goal, sides, wanted, lines, centre, base, mix, third, order, axes, size, turns, free, low, high, slack, right,
+    exact, rough, no_root, coincide, missing,
+):  # fmt: skip
+    """Compute and judge one of the branches of `spherical_wrist`, as `three_parallel_axes_branch`."""
+    chosen = [(side,) for side in sides]
+    (branch,), (gap,), _ = branches_of_spherical_wrist(goal, lines, centre, base, mix, third, order > 0, chosen)
+    q = _in_rows(branch, low)
+    return tuple(reaching.judged(
+        q, gap, reaching.distance(q, goal, axes, turns, size), wanted, turns, free, low, high, slack, right, exact,
+        rough, no_root, coincide, missing,
+    ))  # fmt: skip
+
+
+def branches_of_spherical_wrist(goal, axes, centre, base, mix, third, is_first_before_third, sides=EVERY):
+    """Compute `spherical_wrist` for the given sides, also for constants; pairs of motors instead of distances."""
     goal_point = goal * centre * ~goal
     height, distance = arms.circle_profile(axes[1], base, -axes[0], goal_point)
     first = tuple(tuple(a * x + b * y for x, y in zip(height, distance, strict=True)) for a, b in mix)
@@ -106,18 +181,20 @@ def branches_of_spherical_wrist(goal, axes, centre, base, mix, third, is_first_b
         )
         for sides in ((first, third), (third, first))
     )
-    branches, gaps = [], []
-    for (a, b), gap in zip(*arms.turns_of_two_sums(known, wanted), strict=True):
+    branches, gaps, ends = [], [], []
+    for (a, b), gap in zip(*arms.two_sums(known, wanted, *sides[:2]), strict=True):
         one, three = _chosen(is_first_before_third, a, b), _chosen(is_first_before_third, b, a)
         two = arms.turn_between_points(
             axes[1], arms.turned_point(axes[2], centre, three), arms.turned_point(-axes[0], goal_point, one)
         )
         arm = _motion(axes[0], one) * _motion(axes[1], two) * _motion(axes[2], three)
-        wrists, gap_wrist = arms.wrist_turns(*axes[3:], ~arm * goal)
+        left = ~arm * goal
+        wrists, gap_wrist = arms.about_three_axes(*axes[3:], left, sides[2])
         for wrist in wrists:
             branches.append((one, two, three, *wrist))
             gaps.append(_smaller(gap, gap_wrist))
-    return tuple(branches), tuple(gaps)
+            ends.append((_motions(axes[3:], wrist), left))
+    return tuple(branches), tuple(gaps), tuple(ends)
 
 
 @kernel(

@@ -312,8 +312,8 @@ def projected(equations, wanted, start, least, sizes, scales):
 def eliminated(mass, columns, force):
     """Eliminate the variables below the diagonal of a symmetric matrix, in its own columns and in others.
 
-    With ``mass = L D L^T``, the results are ``D L^T``, ``L^-1 columns`` and ``L^-1 force``. Whole rows are subtracted,
-    also where they are zero up to rounding, so that the inner loops are without conditions.
+    With ``mass = L D L^T``, the results are ``D L^T``, ``L^-1 columns`` and ``L^-1 force``. Multiples of
+    pivot rows that are divided first are subtracted in place, from whole rows, without conditions in the inner loops.
     """
     numbers = row_numbers(mass)
 
@@ -321,13 +321,14 @@ def eliminated(mass, columns, force):
         above, others, value = (pick(part, k, 0) for part in old)
         pivot = pick(above, k, 0)
         inverse = select(equal(pivot, 0), 0, 1 / select(equal(pivot, 0), 1, pivot))
+        above, others = (each(lambda x: inverse * x, row) for row in (above, others))
 
         def reduced(row, own, right, i):
-            factor = select(i > k, inverse * pick(row, k, 0), 0)
+            factor = select(i > k, pick(row, k, 0), 0)
             return (
                 each(lambda x, y: x - factor * y, row, above),
                 each(lambda x, y: x - factor * y, own, others),
-                right - factor * value,
+                right - factor * (inverse * value),
             )
 
         return each(reduced, *old, numbers)

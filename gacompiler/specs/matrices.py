@@ -1,9 +1,9 @@
-"""Eigenvectors, null vectors, singular vectors and roots of polynomials, for matrices of any size.
+"""Eigenvectors, null vectors, singular vectors, roots of polynomials and products, for matrices of any size.
 
 The methods are those of `gacompiler.matrices`. Every kernel takes leading axes; batches are computed in vector lanes.
 """
 
-from gacompiler import SCALAR, array, kernel, matrices
+from gacompiler import SCALAR, array, each, kernel, matrices, total, transpose
 
 SQUARE, MATRIX, VECTOR = array(SCALAR, "n", "n"), array(SCALAR, "n", "m"), array(SCALAR, "n")
 
@@ -63,3 +63,26 @@ def polynomial_roots(coefficients):
         1 if the value of the polynomial at each root is rounding.
     """
     return matrices.roots(coefficients)
+
+
+@kernel(inverse=SQUARE, by_x=MATRIX, by_y=MATRIX, returns=(MATRIX, MATRIX))
+def derivatives_of_solution(inverse, by_x, by_y):
+    """Compute the derivatives of the solution v of ``matrix v = right``, for the inverse matrix.
+
+    Parameters
+    ----------
+    inverse
+    by_x, by_y
+        The derivatives of ``matrix v - right`` for a constant v.
+
+    Returns
+    -------
+    two matrices
+        The products of the inverse with both, times -1.
+    """
+
+    def product(changes):
+        columns = transpose(changes)
+        return each(lambda row: each(lambda column: -total(lambda x, y: x * y, row, column), columns), inverse)
+
+    return product(by_x), product(by_y)

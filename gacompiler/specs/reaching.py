@@ -26,10 +26,8 @@ from gacompiler import (
     fold,
     iterate,
     kernel,
-    least,
     maximum,
     minimum,
-    pick,
     scan,
     select,
     sin,
@@ -152,7 +150,7 @@ def _motion(q, axes, turns):
     return fold(lambda motion, *joint: motion * _moved(*joint), 1, q, axes, turns)
 
 
-def _distance(made, goal, size):
+def difference(made, goal, size):
     """Return the largest difference between coefficients of two motors of any sign, of lengths in units of size / 2."""
     near, far = [], []
     for name in MOTOR.blades:
@@ -174,6 +172,13 @@ def motor_of_pose(matrix):
     return motor, reduce(maximum, away)
 
 
+@kernel(matrix=array(SCALAR, 4, 4), tool=MOTOR, returns=(MOTOR, SCALAR))
+def goal_of_pose(matrix, tool):
+    """Compute the motion that takes a tool to a homogeneous matrix, and `motor_of_pose`'s distance of the matrix."""
+    motor, away = motor_of_pose(matrix)
+    return motor * ~tool, away
+
+
 @kernel(q=VARIABLES, axes=AXES, turns=NUMBERS)
 def motion_of_joints(q, axes, turns):
     """Compute the motion of all joints together."""
@@ -186,7 +191,12 @@ def distance_to_goal(q, goal, axes, turns, size):
 
     Coefficients of the translation are in units of half of `size`.
     """
-    return _distance(_motion(q, axes, turns), goal, size)
+    return distance(q, goal, axes, turns, size)
+
+
+def distance(q, goal, axes, turns, size):
+    """Compute `distance_to_goal`."""
+    return difference(_motion(q, axes, turns), goal, size)
 
 
 @kernel(q=VARIABLES, axes=AXES, turns=NUMBERS, size=SCALAR, returns=array(SCALAR, "n", 6))
@@ -219,7 +229,7 @@ def _descent(start, move, goal, axes, turns, size, enough, at_most):
 
     begun = State(start, left, rates, error, START, 0, start, error)
     found, _, _ = iterate(step, begun, lambda old, new: new.done > 0, at_most)
-    return found.best, found.least, _distance(_motion(found.best, axes, turns), goal, size)
+    return found.best, found.least, difference(_motion(found.best, axes, turns), goal, size)
 
 
 ARM = {"axes": AXES, "turns": NUMBERS, "size": SCALAR, "enough": SCALAR, "at_most": SCALAR}
@@ -304,14 +314,88 @@ def brought_within_limits(q, low, high, wanted, turns, slack):
 BRANCHES, OF_BRANCHES = array(SCALAR, "b", "n"), array(SCALAR, "b")
 FAR = 10**30
 """Larger than any squared distance of configurations."""
+JUDGED = {
+    "turns": NUMBERS, "free": NUMBERS, "low": NUMBERS, "high": NUMBERS, "slack": SCALAR,
+    "right": SCALAR, "exact": SCALAR, "rough": SCALAR, "no_root": SCALAR, "coincide": SCALAR, "missing": SCALAR,
+}  # fmt: skip
+
+
+class Judged(NamedTuple):
+    """A branch: its variables, and 1 or 0 for whether it is valid, within limits, singular, and in doubt."""
+
+    q: Any
+    valid: Any
+    within: Any
+    singular: Any
+    doubtful: Any
+
+
+def judged(
+    q, gap, away, wanted, turns, free, low, high, slack, right, exact, rough, no_root, coincide, missing
+):  # fmt: skip
+    """Judge one branch, at a distance from the goal, as `judged_branches`."""
+    valid = select(away <= right, 1, 0)
+    singular = select(absolute(gap) <= coincide, 1, 0)
+    polishable = select(away > exact, select(away < rough, select(gap > no_root, 1, 0), 0), 0)
+    doubtful = maximum(polishable, singular * select(away >= rough, select(away < FAR, 1, 0), 0))
+
+    def placed(x, least, most, wish, turn, moves):
+        # The atan2 of -0 and a negative number is -pi.
+        x = select(equal(x, -HALF_TURN), HALF_TURN, x)
+        return _within(x, least, most, wish, moves * turn, moves * slack)
+
+    moved = each(placed, q, low, high, wanted, turns, free)
+    within = fold(lambda all_of, x, least, most: all_of * _inside(x, least, most), valid, moved, low, high)
+    return Judged(each(lambda x: select(valid > 0, x, missing), moved), valid, within, singular, doubtful)
+
+
+def _preferred(moved, valid, within, singular, doubtful, wanted, near):
+    some = fold(maximum, 0, within)
+
+    def preferred(state, branch, reaches, inside):
+        best, score = state
+        away = fold(lambda sum, x, other: sum + (x - other) * (x - other), 0, branch, wanted)
+        own = select(select(some > 0, inside, reaches) > 0, select(near > 0, away, 0), FAR)
+        return each(lambda x, y: select(own < score, x, y), branch, best), select(own < score, own, score)
+
+    best, _ = fold(preferred, (wanted, 2 * FAR), moved, valid, within)
+    is_singular = fold(lambda any_of, reaches, alike: maximum(any_of, reaches * alike), 0, valid, singular)
+    return best, is_singular, 1 - fold(maximum, 0, valid) * (1 - fold(maximum, 0, doubtful))
 
 
 @kernel(
-    q=BRANCHES, gap=OF_BRANCHES, off=OF_BRANCHES, wanted=VARIABLES, near=SCALAR, turns=NUMBERS, low=NUMBERS,
-    high=NUMBERS, slack=NUMBERS, right=SCALAR, exact=SCALAR, rough=SCALAR, no_root=SCALAR, coincide=SCALAR,
+    q=VARIABLES, gap=SCALAR, goal=MOTOR, wanted=VARIABLES, axes=AXES, size=SCALAR, **JUDGED,
+    returns=(VARIABLES, SCALAR, SCALAR, SCALAR, SCALAR),
+)  # fmt: skip
+def judged_branch(
+    q, gap, goal, wanted, axes, size, turns, free, low, high, slack, right, exact, rough, no_root, coincide, missing
+):  # fmt: skip
+    """Judge one of the branches as `judged_branches`, before any is preferred.
+
+    Returns the variables, and 1 or 0 for whether the branch is valid, within the limits, singular, and in doubt.
+    """
+    return tuple(judged(
+        q, gap, distance(q, goal, axes, turns, size), wanted, turns, free, low, high, slack, right, exact, rough,
+        no_root, coincide, missing,
+    ))  # fmt: skip
+
+
+@kernel(
+    q=BRANCHES, **dict.fromkeys(("valid", "within", "singular", "doubtful"), OF_BRANCHES), wanted=VARIABLES,
+    near=SCALAR, returns=(VARIABLES, SCALAR, SCALAR),
+)  # fmt: skip
+def preferred_branch(q, valid, within, singular, doubtful, wanted, near):
+    """Return what `judged_branches` says of all branches: the best, and whether one is singular or in doubt."""
+    return _preferred(q, valid, within, singular, doubtful, wanted, near)
+
+
+@kernel(
+    q=BRANCHES, gap=OF_BRANCHES, off=OF_BRANCHES, wanted=VARIABLES, near=SCALAR, **JUDGED,
     returns=(BRANCHES, OF_BRANCHES, OF_BRANCHES, VARIABLES, SCALAR, SCALAR),
 )  # fmt: skip
-def judged_branches(q, gap, off, wanted, near, turns, low, high, slack, right, exact, rough, no_root, coincide):
+def judged_branches(
+    q, gap, off, wanted, near, turns, free, low, high, slack, right, exact, rough, no_root, coincide, missing
+):  # fmt: skip
     """Judge the branches that a closed form returns for a goal.
 
     Parameters
@@ -320,6 +404,8 @@ def judged_branches(q, gap, off, wanted, near, turns, low, high, slack, right, e
         Branches, their discriminants, and the distances of their motors from the goal, as of `distance_to_goal`.
     wanted, near
         If `near` is positive, angles are brought near to those of `wanted`, and branches near to it are preferred.
+    free
+        1 for each joint whose variable may be changed, 0 for those that are held.
     slack
         Variables beyond a limit by up to this much, by rounding, are set to the limit.
     right
@@ -329,6 +415,8 @@ def judged_branches(q, gap, off, wanted, near, turns, low, high, slack, right, e
         most `no_root`.
     coincide
         Branches whose discriminants are at most this are singular. They are in doubt if they differ by `rough` or more.
+    missing
+        The variables of branches that are not valid, such as NaN.
 
     Returns
     -------
@@ -341,32 +429,11 @@ def judged_branches(q, gap, off, wanted, near, turns, low, high, slack, right, e
     singular, doubtful
         1 or 0: whether a valid branch is singular; whether a branch is in doubt, or none is valid.
     """
-    valid = each(lambda away: select(away <= right, 1, 0), off)
-    singular = each(lambda root: select(absolute(root) <= coincide, 1, 0), gap)
 
-    def is_in_doubt(away, root, alike):
-        polishable = select(away > exact, select(away < rough, select(root > no_root, 1, 0), 0), 0)
-        return maximum(polishable, alike * select(away >= rough, select(away < FAR, 1, 0), 0))
+    def one(branch, root, away):
+        return tuple(judged(
+            branch, root, away, wanted, turns, free, low, high, slack, right, exact, rough, no_root, coincide, missing
+        ))  # fmt: skip
 
-    doubts = each(is_in_doubt, off, gap, singular)
-
-    def placed(x, *limits):
-        # The atan2 of -0 and a negative number is -pi.
-        return _within(select(equal(x, -HALF_TURN), HALF_TURN, x), *limits)
-
-    moved = each(lambda branch: each(placed, branch, low, high, wanted, turns, slack), q)
-
-    def is_inside(reaches, branch):
-        return fold(lambda all_of, x, least, most: all_of * _inside(x, least, most), reaches, branch, low, high)
-
-    within = each(is_inside, valid, moved)
-    some = fold(maximum, 0, within)
-
-    def distance(branch, reaches, inside):
-        away = fold(lambda sum, x, other: sum + (x - other) * (x - other), 0, branch, wanted)
-        return select(select(some > 0, inside, reaches) > 0, select(near > 0, away, 0), FAR)
-
-    _, best = least(distance, moved, valid, within)
-    is_singular = fold(lambda any_of, reaches, alike: maximum(any_of, reaches * alike), 0, valid, singular)
-    is_doubtful = 1 - fold(maximum, 0, valid) * (1 - fold(maximum, 0, doubts))
-    return moved, valid, within, pick(moved, best, 0), is_singular, is_doubtful
+    moved, valid, within, singular, doubtful = each(one, q, gap, off)
+    return moved, valid, within, *_preferred(moved, valid, within, singular, doubtful, wanted, near)

@@ -87,9 +87,9 @@ def test_the_needs_say_what_to_install(path: Path) -> None:
     assert [name for name in found if packages[name] not in commands] == []
 
 
-def test_there_are_twenty_one_notebooks_and_the_readme_counts_them() -> None:
-    assert len(NOTEBOOKS) == 21
-    assert "| `notebooks` | twenty-one " in (ROOT / "README.md").read_text()
+def test_there_are_twenty_three_notebooks_and_the_readme_counts_them() -> None:
+    assert len(NOTEBOOKS) == 23
+    assert "| `notebooks` | twenty-three " in (ROOT / "README.md").read_text()
     assert sum(path.stat().st_size for path in NOTEBOOKS) < ALL
     assert sum(map(compares, NOTEBOOKS)) >= 8
 

@@ -345,11 +345,27 @@ def test_both_signs_batches_and_matrices_are_the_same() -> None:
     assert shaped.q.shape == (5, 12, 8, 6) and shaped.valid.shape == (5, 12, 8)
     assert shaped.status.shape == (5, 12) and shaped.nearest.shape == (5, 12, 6)
     assert np.array_equal(shaped.q.reshape(60, 8, 6), found.q, equal_nan=True)
-    one = arm.inverse(motors[7])
-    assert np.array_equal(one.q, found.q[7], equal_nan=True) and one.status.shape == ()
     assert arm.inverse(np.zeros((0, 8))).q.shape == (0, 8, 6)
     assert arm.inverse(np.zeros((3, 0, 4, 4))).valid.shape == (3, 0, 8)
     assert Robot.from_dh(SKEW).inverse(np.zeros((0, 8))).status.shape == (0,)
+
+
+@pytest.mark.parametrize("name", ["ur5", "puma560", "irb140"])
+def test_branches_of_one_pose_are_those_of_a_batch_in_the_same_order(name: str) -> None:
+    """A single pose is computed branch by branch in vectors: equal up to rounding errors, which conditions enlarge."""
+    arm = Robot.named(name)
+    q = np.random.default_rng(14).uniform(-3, 3, (60, 6))
+    q = q[np.linalg.svd(arm.jacobian(q), compute_uv=False)[:, -1] > 0.02]
+    poses = arm.pose(q)
+    found, near = arm.inverse(poses), arm.inverse(poses, near=q)
+    for k, pose in enumerate(poses):
+        for many, one in ((found, arm.inverse(pose)), (near, arm.inverse(pose, near=q[k]))):
+            assert one.status.shape == () and one.status == many.status[k]
+            assert np.array_equal(one.valid, many.valid[k]) and np.array_equal(one.within_limits, many.within_limits[k])
+            away = np.abs(np.exp(1j * one.q) - np.exp(1j * many.q[k]))[one.valid]
+            assert away.max() < 1e-10 and np.isnan(one.q[~one.valid]).all()
+            assert np.abs(arm.pose(one.q[one.valid]) - pose).max() < 1e-13
+            assert np.abs(np.exp(1j * one.nearest) - np.exp(1j * many.nearest[k])).max() < 1e-10
 
 
 def test_poses_that_are_not_finite_have_a_status() -> None:

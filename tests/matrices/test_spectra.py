@@ -258,3 +258,17 @@ def test_derivatives_of_eigenvalues() -> None:
     wanted, vectors = np.linalg.eigh(a)
     assert np.abs(values - wanted).max() < 4e-15
     assert np.abs(derivatives - (vectors * (change @ vectors)).sum(0)).max() < 1e-13
+
+
+@pytest.mark.parametrize("shape", [(), (7,)])
+def test_derivatives_of_a_solution(shape: tuple[int, ...]) -> None:
+    """The solution of ``(a + x b) v = r + x c`` changes at x = 0 as a quotient of differences says."""
+    rng = np.random.default_rng(5)
+    a, right = rng.normal(size=(*shape, 4, 4)) + 4 * np.eye(4), rng.normal(size=(*shape, 4, 1))
+    b, c = rng.normal(size=(2, *shape, 4, 4)), rng.normal(size=(2, *shape, 4, 1))
+    v, step = np.linalg.solve(a, right), 1e-6
+    found = matrices.derivatives_of_solution(np.linalg.inv(a), b[0] @ v - c[0], b[1] @ v - c[1])
+    for k, one in enumerate(found):
+        ahead = np.linalg.solve(a + step * b[k], right + step * c[k])
+        behind = np.linalg.solve(a - step * b[k], right - step * c[k])
+        assert np.abs(one - (ahead - behind) / (2 * step)).max() < 1e-8

@@ -10,12 +10,15 @@ import numpy as np
 from generated import arms, closed_arms, pga3
 
 from ...arguments import Reals
-from .chain import COINCIDE, TOLERANCE, Chain, common_point, direction, parallel
+from .chain import COINCIDE, TOLERANCE, Chain, Method, common_point, direction, parallel
 from .regional import Regional
 from .solutions import Branches
 
 Tables = dict[str, Any]
 """The constants of a closed form, for the kernel of one robot."""
+
+
+Measured = tuple[Reals, Reals, Reals]
 
 
 class Closed(Protocol):
@@ -94,10 +97,25 @@ class SphericalWrist:
         *rows, order = self.regional.two_sums
         return dict(zip(names, (*rows, order > 0), strict=True))
 
+    @property
+    def one(self) -> tuple[Method, Tables] | None:
+        """As in `ThreeParallel`; None if the first three joints need a quartic, or slide."""
+        if not self.regional.is_two_sums:
+            return None
+        named = dict(zip(("centre", "base", "mix", "third", "order"), self.regional.two_sums, strict=True))
+        return closed_arms.spherical_wrist_branch, {"lines": self.chain.axes, **named}
+
+    def measured(self, goals: Reals) -> Measured | None:
+        """As in `ThreeParallel`; None if the first three joints need a quartic, or slide."""
+        if not self.regional.is_two_sums:
+            return None
+        return closed_arms.spherical_wrist(goals, self.chain.axes, *self.regional.two_sums, self.chain.size)
+
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
         """As in `Closed`."""
-        if self.regional.is_two_sums:
-            return closed_arms.spherical_wrist(goals, self.chain.axes, *self.regional.two_sums)
+        found = self.measured(goals)
+        if found is not None:
+            return found[:2]
         q, gap = self.regional.solve(pga3.move_point(goals, self.regional.point))
         arm = self.regional.chain.motion_of_all(q)
         wrist, gap_wrist = arms.wrist_turns(*self.chain.axes[3:], pga3.motor_relative(arm, goals[:, None]))  # type: ignore[call-overload]
@@ -138,9 +156,19 @@ class ThreeParallel:
         """What `gacompiler.robots.three_parallel_axes` takes."""
         return {"point": self.point, "plane": self.plane, "signs": self.signs}
 
+    @property
+    def one(self) -> tuple[Method, Tables]:
+        """The kernel that computes and judges one branch, and its tables that describe the arm."""
+        return closed_arms.three_parallel_axes_branch, {"lines": self.chain.axes, **self.tables}
+
+    def measured(self, goals: Reals) -> Measured:
+        """Return branches and discriminants as `solve`, and the distances of the branches from the goals, (N, 8)."""
+        tables = self.point, self.plane, self.signs, self.chain.size
+        return closed_arms.three_parallel_axes(goals, self.chain.axes, *tables)
+
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
         """As in `Closed`."""
-        return closed_arms.three_parallel_axes(goals, self.chain.axes, self.point, self.plane, self.signs)
+        return self.measured(goals)[:2]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -131,6 +131,7 @@ class Variant:
         """As `candidates`, for `chain` and a block of goals."""
         *equations, zeros = self.zeros(goals, np.zeros((len(goals), 2)))
         angle, away, real, doubtful = zeros.transpose(2, 0, 1)
+        sure = (real > 0).sum(-1)
         if np.count_nonzero(doubtful):
             rows = np.flatnonzero(zeros[..., 3].any(-1))
             first = np.exp(1j * zeros[rows, :, 0] - np.abs(zeros[rows, :, 1]))
@@ -145,7 +146,8 @@ class Variant:
         angle = angle[np.arange(len(goals))[:, None], order]
         q = self.configurations(goals, angle, float(_SHARPENED if sharp else 0), *equations)
         q[np.arange(order.shape[1]) >= count[:, None]] = np.nan
-        return q, counted.sum(-1)
+        # Zeros that were real before the samples moved may have become complex by errors: then some are missing.
+        return q, np.maximum(counted.sum(-1), sure)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,14 +13,16 @@ from generated import pga3, reaching
 from ...arguments import Reals
 from ..model import Model
 from .chain import Chain, Method
-from .closed import Closed, SphericalWrist, ThreeParallel
-from .solutions import FOUND, Solutions, Status
+from .closed import Closed, SphericalWrist, Tables, ThreeParallel
+from .solutions import Solutions, Status
 
 MOTION = 1e-3
 """A matrix is a rigid motion if no entry of its rotation differs by more than this from that of its motor."""
 _FLOAT64 = np.dtype(np.float64)
-_STATUS = tuple(np.array(status) for status in FOUND)
-_INCOMPLETE = np.array(Status.INCOMPLETE, np.int8)
+_BOOL = np.dtype(bool)
+_SIDES = np.array([(a, b, c) for a in (1.0, -1.0) for b in (1.0, -1.0) for c in (1.0, -1.0)])
+"""Of each branch the solution of each of three equations that have two."""
+_FOUND, _SINGULAR, _INCOMPLETE = (np.array(s, np.int8) for s in (Status.FOUND, Status.SINGULAR, Status.INCOMPLETE))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,12 +32,9 @@ class SinglePose:
     Attributes
     ----------
     tool : array, (8,)
-    branches : callable
-        From the motion of all joints, (8,), or if `takes_pose`, from the pose: branches (B, n), discriminants (B,), and
-        whether none is missing.
-    takes_pose : bool
-    distance, judge : Method
-        The kernels `distance_to_goal` and `judged_branches` for this robot.
+    judged : callable
+        From the motion of all joints, (8,), and a configuration to be near to, (n,): what `judged_branch` returns for
+        all branches, and whether none is missing.
     name : str
         The method, as in `Solutions`.
     still : array, (n,)
@@ -43,22 +42,20 @@ class SinglePose:
     """
 
     tool: Reals
-    branches: Callable[[Reals], tuple[Reals, Reals, Any]]
-    takes_pose: bool
-    distance: Method
-    judge: Method
+    judged: Callable[[Reals, Reals], tuple[Any, ...]]
     name: str
     still: Reals
 
     @classmethod
-    def of(cls, robot: Model, chain: Chain, form: Closed, own: Method | None, judge: Method) -> SinglePose:
-        """Return the kernels for a robot; `own` is that of its own module."""
-        branches = _complete(own or form.solve) if own or isinstance(form, (SphericalWrist, ThreeParallel)) else None
-        if isinstance(form, SphericalWrist) and not form.regional.is_two_sums:
-            branches = None
-        still = np.zeros(len(chain))
+    def of(cls, robot: Model, chain: Chain, form: Closed, judging: Tables) -> SinglePose:
+        """Return the kernels for a robot, and the tables by which branches are judged."""
+        judging = {"axes": chain.tables["axes"], "size": chain.size, **judging}
+        one = form.one if isinstance(form, (SphericalWrist, ThreeParallel)) else None
         return cls(
-            robot.tool, branches or _in_block(form), own is not None, chain.distance_rows, judge, form.name, still
+            robot.tool,
+            _one_by_one(*one, judging) if one else _in_block(form, judging),
+            form.name,
+            np.zeros(len(chain)),
         )
 
     def attempt(self, pose: object, near: object) -> Solutions | None:
@@ -66,9 +63,9 @@ class SinglePose:
         if type(pose) is not np.ndarray or pose.dtype is not _FLOAT64:
             return None
         if pose.shape == (8,):
-            motor = pga3.normalize_motor(pose)
+            goal = pga3.motor_between_frames(self.tool, pga3.normalize_motor(pose))
         elif pose.shape == (4, 4):
-            motor, away = reaching.motor_of_pose(pose)
+            goal, away = reaching.goal_of_pose(pose, self.tool)
             if not away <= MOTION:
                 return None
         else:
@@ -82,35 +79,27 @@ class SinglePose:
             wish = 1.0
         else:
             return None
-        goal = pga3.motor_between_frames(self.tool, motor)
-        q, gap, complete = self.branches(motor if self.takes_pose else goal)
-        goals = np.empty((len(q), 8))
-        goals[:] = goal
-        moved, valid, within, nearest, singular, doubtful = self.judge(q, gap, self.distance(q, goals), near, wish)
+        moved, valid, within, alike, doubts, complete = self.judged(goal, near)
+        nearest, singular, doubtful = reaching.preferred_branch(moved, valid, within, alike, doubts, near, wish)
         if doubtful:
             return None
-        is_valid = valid.astype(bool)
-        if np.count_nonzero(valid) < len(q):
-            moved[~is_valid] = np.nan
-        status = _STATUS[int(singular)] if complete else _INCOMPLETE
-        return Solutions(moved, is_valid, status.copy(), nearest, self.name, within.astype(bool))
+        status = (_SINGULAR if singular else _FOUND) if complete else _INCOMPLETE
+        return Solutions(moved, valid.astype(_BOOL), status.copy(), nearest, self.name, within.astype(_BOOL))
 
 
-def _complete(solve: Callable[..., Any]) -> Callable[[Reals], tuple[Reals, Reals, Any]]:
-    """Return the branches of a kernel, of which none is missing."""
-
-    def branches(goal: Reals) -> tuple[Reals, Reals, bool]:
-        found = solve(goal)
-        return found[0], found[1], True
-
-    return branches
+def _one_by_one(kernel: Method, arm: Tables, judging: Tables) -> Callable[[Reals, Reals], tuple[Any, ...]]:
+    """Return what computes and judges branches next to each other in vectors."""
+    bound = kernel.bind(**arm, **judging)
+    return lambda goal, near: (*bound(goal, _SIDES, near), True)
 
 
-def _in_block(form: Closed) -> Callable[[Reals], tuple[Reals, Reals, Any]]:
-    """Return the branches of a method that takes blocks of goals."""
+def _in_block(form: Closed, judging: Tables) -> Callable[[Reals, Reals], tuple[Any, ...]]:
+    """Return what judges the branches of a method that takes blocks of goals."""
+    judge = reaching.judged_branch.bind(**judging)
 
-    def branches(goal: Reals) -> tuple[Reals, Reals, Any]:
+    def judged(goal: Reals, near: Reals) -> tuple[Any, ...]:
         q, gap, *complete = form.solve(goal[None])
-        return np.ascontiguousarray(q[0]), np.ascontiguousarray(gap[0]), not complete or complete[0][0]
+        found = judge(np.ascontiguousarray(q[0]), np.ascontiguousarray(gap[0]), goal, near)
+        return *found, not complete or complete[0][0]
 
-    return branches
+    return judged

@@ -51,7 +51,7 @@ class Branches(NamedTuple):
         return Branches(self.q[block], self.gap[block], self.complete[block])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class Solutions:
     """All branches of the inverse kinematics of a batch of poses.
 

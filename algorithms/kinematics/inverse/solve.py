@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,7 +16,7 @@ from ...arguments import Reals, finite, real_array
 from ...elements import MOTOR, plain
 from ..model import Model
 from .chain import COINCIDE, Chain, Method, chain_of
-from .closed import Closed, closed_form
+from .closed import Closed, SphericalWrist, ThreeParallel, closed_form
 from .elimination import Elimination
 from .meets import GEOMETRIES, Meets
 from .redundant import elbow_circle
@@ -67,18 +67,21 @@ def inverse(
     else:
         solve, known = (form.solve, arm.goals) if own is None or arm.held or method != "motors" else (own, poses)
         turns = () if angles is None else (np.where(is_finite, angles, 0.0),)
-        result = _in_closed_form(robot, chain, goals, arm, _Solver(solve, (known, *turns), form.name), wanted)
+        solver = _Solver(solve, (known, *turns), form.name)
+        if solve is not own and not arm.held and _measures(form):
+            solver = solver._replace(solve=form.measured, measures=True)
+        result = _in_closed_form(robot, chain, goals, arm, solver, wanted)
     lost = ~is_finite
     if np.count_nonzero(lost):
         result.lose(lost)
     return result.solutions(shape)
 
 
-def single_pose(robot: Model, own: Method | None) -> SinglePose | None:
+def single_pose(robot: Model) -> SinglePose | None:
     """Return what computes the branches of a single pose of a robot, or None if its poses must be searched."""
     chain = chain_of(robot.axes, tuple(kind.value == "prismatic" for kind in robot.kinds))
     form = _form(chain, "motors")
-    return None if form is None else SinglePose.of(robot, chain, form, own, _judge_of(chain, _bounds(robot), ()))
+    return None if form is None else SinglePose.of(robot, chain, form, _judged_by(chain, _bounds(robot), ()))
 
 
 def _check_method(robot: Model, method: str, elbow: ArrayLike | None) -> None:
@@ -184,11 +187,15 @@ class _Solver(NamedTuple):
     solve: Callable[..., Any]
     known: tuple[Reals, ...]
     name: str
+    measures: bool = False
+    """Whether it returns the distances of the branches from the goals, too."""
 
-    def at(self, start: int) -> Branches:
-        """Return the branches of a block of goals."""
+    def at(self, start: int) -> tuple[Branches, Reals | None]:
+        """Return the branches of a block of goals, and their distances if these are known."""
         found = self.solve(*(array[start : start + BLOCK] for array in self.known))
-        return found if isinstance(found, Branches) else Branches(*found[:2])
+        if isinstance(found, Branches):
+            return found, None
+        return Branches(*found[:2]), found[2] if self.measures else None
 
 
 def _bounds(robot: Model) -> bytes:
@@ -199,12 +206,21 @@ def _bounds(robot: Model) -> bytes:
 @lru_cache(maxsize=256)
 def _judge_of(chain: Chain, limits: bytes, held: tuple[int, ...]) -> Method:
     """Return the kernel that judges the branches of a robot with the given limits, (2, n)."""
+    return reaching.judged_branches.bind(**_judged_by(chain, limits, held))
+
+
+def _judged_by(chain: Chain, limits: bytes, held: tuple[int, ...]) -> dict[str, Any]:
+    """Return the tables of `judged_branches`."""
     low, high = np.frombuffer(limits).reshape(2, -1)
     free = np.array([float(joint not in held) for joint in range(len(chain))])
-    return reaching.judged_branches.bind(
-        turns=free * chain.tables["turns"], low=low, high=high, slack=free * _AT_LIMIT, right=RIGHT, exact=EXACT,
-        rough=ROUGH, no_root=NO_ROOT, coincide=COINCIDE,
-    )  # fmt: skip
+    given: dict[str, Any] = {"turns": chain.tables["turns"], "free": free, "low": low, "high": high}
+    given |= {"slack": _AT_LIMIT, "right": RIGHT, "exact": EXACT, "rough": ROUGH, "no_root": NO_ROOT}
+    return {**given, "coincide": COINCIDE, "missing": np.nan}
+
+
+def _measures(form: Any) -> TypeGuard[SphericalWrist | ThreeParallel]:
+    """Whether a closed form computes distances from its goals."""
+    return isinstance(form, ThreeParallel) or (isinstance(form, SphericalWrist) and form.regional.is_two_sums)
 
 
 def _in_closed_form(
@@ -215,23 +231,23 @@ def _in_closed_form(
     parts = []
     for start in range(0, max(len(goals), 1), BLOCK):
         here = goals[start : start + BLOCK]
-        solved = solver.at(start)
+        solved, off = solver.at(start)
         q, gap = arm.whole(solved.q, start), np.ascontiguousarray(solved.gap)
         near, has_wish = _wish(None if wanted is None else wanted[start : start + BLOCK], q)
         moved, valid, within, nearest, singular, doubtful = judge(
-            q, gap, chain.distance(q, here[:, None]), near, has_wish
+            q, gap, chain.distance(q, here[:, None]) if off is None else off, near, has_wish
         )
         part = _Result(moved, valid > 0, FOUND[singular.astype(np.int8)], nearest, solver.name, within > 0)
         if solved.complete is not EVERY:
             part.status[~solved.complete] = Status.INCOMPLETE
-        part.q[~part.valid] = np.nan
         if np.count_nonzero(doubtful):
             rows = np.flatnonzero(doubtful)
             given = Branches(solved.q[rows], gap[rows], np.broadcast_to(solved.complete, len(q))[rows])
             found = checked(arm.chain, arm.goals[start + rows], given.of_block, solver.name)
             for joint, value in arm.held.items():
                 found = _inserted(found, joint, value[start + rows])
-            again = _with_statuses(robot, chain, found, None if wanted is None else near[rows], tuple(arm.held))
+            wish = None if wanted is None else near[rows]
+            again = _with_statuses(robot, chain, found, wish, tuple(arm.held))
             for column in _COLUMNS:
                 getattr(part, column)[rows] = getattr(again, column)
         parts.append(part)
@@ -247,7 +263,6 @@ def _with_statuses(robot: Model, chain: Chain, found: Found, wanted: Reals | Non
     q, gap, off = np.ascontiguousarray(found.q), np.ascontiguousarray(found.gap), np.where(found.valid, 0.0, 1.0)
     near, has_wish = _wish(wanted, q)
     moved, _, within, best, singular, _ = judge(q, gap, off, near, has_wish)
-    moved[~found.valid] = np.nan
     some = np.asarray(found.valid.any(-1))
     status = np.full(len(q), Status.OUT_OF_REACH if found.method != "search" else Status.NOT_FOUND, np.int8)
     status[~found.complete] = Status.NOT_FOUND

@@ -13,8 +13,8 @@ from .chain import COINCIDE, SAME, Chain, apart
 from .search import descend, search
 from .solutions import Branches
 
-BLOCK = 2048
-"""Number of poses in a block, such that the data of a block fit into the second-level cache."""
+BLOCK = 512
+"""Number of poses in a block, such that the data of a block, 1 kB for each pose, fit into the second-level cache."""
 RIGHT = 2e-11
 """A branch is valid if the coefficients of its motor differ by less than this (lengths relative to the arm's size)."""
 EXACT = 2.0**-46
