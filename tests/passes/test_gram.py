@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import sympy
 from exact_elements import GRASSMANN, OBLIQUE, name_of
-from expressions import element, outputs_at, same_value
+from expressions import element, outputs_at, same_value, symbol
 
 import gacompiler
 from gacompiler import (
@@ -31,25 +31,33 @@ from gacompiler import (
     polarity,
     right_contraction,
     scalar_product,
+    undual,
 )
 from gacompiler.algebra.catalog import CGA2, CGA3, PGA3, STA, VGA3, null_pairs, orthogonal
-from gacompiler.frontend.expression import Expression, lift
+from gacompiler.frontend.expression import Expression, lift, node
 from gacompiler.ir.interpret import Tape
 from gacompiler.ir.program import Program
 from gacompiler.passes.accuracy import WORSE, Gate, _references, _ulps_or_inf, run_in_double
 from gacompiler.passes.common_factors import without_common_factors
 from gacompiler.passes.expand import (
     expand_commutator,
+    expand_commutator_of_differences,
     expand_contraction,
     expand_contraction_in_differences,
+    expand_contraction_of_differences,
+    expand_duals,
     expand_meet,
     expand_meet_in_differences,
+    expand_mixed_meet,
+    expand_mixed_meet_in_differences,
     expand_norm,
-    expand_polarities,
     expand_product_of_vectors,
     expand_scalar_part,
     expand_square,
     expand_square_in_differences,
+    expand_square_of_product,
+    expand_square_of_sum,
+    nest_contractions,
 )
 from gacompiler.passes.pipeline import compile_kernel
 from gacompiler.passes.products import as_products
@@ -57,6 +65,7 @@ from gacompiler.passes.shift import shift_each
 from gacompiler.passes.system import Definition, System
 from gacompiler.rings.polynomial import PolynomialRing
 
+CONTRACTED = (expand_contraction, expand_contraction_in_differences, expand_contraction_of_differences)
 CONTRACTIONS = (inner_product, hestenes_product, left_contraction, right_contraction, scalar_product)
 POINT = CGA3.POINT
 
@@ -69,8 +78,8 @@ def products_of_blades(algebra: Algebra) -> list[tuple[Expression, Callable[[Exp
     commuted = [commutator(*pair) for pair in (*pairs[:5], (c ^ d ^ e, a ^ b))]
     squared = [norm_squared(x) for x in (a ^ b, a ^ b ^ c, a ^ b ^ c ^ d)]
     return [
-        *((x, rule) for x in contracted for rule in (expand_contraction, expand_contraction_in_differences)),
-        *((x, expand_commutator) for x in commuted),
+        *((x, rule) for x in contracted for rule in CONTRACTED),
+        *((x, rule) for x in commuted for rule in (expand_commutator, expand_commutator_of_differences)),
         *((x, rule) for x in squared for rule in (expand_square, expand_square_in_differences)),
     ]
 
@@ -83,7 +92,7 @@ def test_products_of_blades_by_inner_products(algebra: Algebra) -> None:
         if expanded is not None:
             n += 1
             assert same_value(expanded, product, random), product
-    assert n == 66
+    assert n == 91
 
 
 def products_of_meets(algebra: Algebra) -> list[tuple[Expression, Callable[[Expression], Expression | None]]]:
@@ -144,16 +153,71 @@ def test_products_of_vectors(algebra: Algebra) -> None:
     assert all(expand_product_of_vectors(x.grade(1)) is None for x in (*scalars, a * (b ^ c), a * b * (c ^ d)))
 
 
-@pytest.mark.parametrize("algebra", [VGA3, orthogonal(4), CGA2, CGA3, STA, OBLIQUE], ids=name_of)
-def test_products_of_polarities(algebra: Algebra) -> None:
-    random = Random(algebra.name)
-    for k in range(1, algebra.dimension):
-        a, b = (polarity(element(name, algebra, k)) for name in "ab")
-        for product in (norm_squared(a), *(contract(a, b) for contract in CONTRACTIONS)):
-            expanded = expand_polarities(product)
-            assert expanded is not None and same_value(expanded, product, random), product
+@pytest.mark.parametrize(
+    ("algebra", "of_duals"),
+    [(VGA3, 12), (orthogonal(4), 18), (CGA2, 18), (CGA3, 24), (STA, 18), (null_pairs(2), 18), (OBLIQUE, 0)],
+    ids=name_of,
+)
+def test_products_of_duals(algebra: Algebra, of_duals: int) -> None:
+    """Duals in metrics whose matrix is not a multiple of its inverse are not expanded, polarities are."""
+    random, n = Random(algebra.name), 0
+    for change in (polarity, dual, undual):
+        for k in range(1, algebra.dimension):
+            a, b = (change(element(name, algebra, k)) for name in "ab")
+            for product in (norm_squared(a), *(contract(a, b) for contract in CONTRACTIONS)):
+                expanded = expand_duals(product)
+                n += expanded is not None and change is dual
+                assert expanded is None or same_value(expanded, product, random), product
+                assert expanded is not None or (change is not polarity and not of_duals)
+    assert n == of_duals
     ends = [hestenes_product(polarity(element("a", algebra, k)), polarity(lift(3))) for k in (0, 1)]
-    assert all(expand_polarities(each) is None for each in ends)
+    assert all(expand_duals(each) is None for each in ends)
+    assert expand_duals(inner_product(dual(element("a", algebra, 1)), polarity(element("b", algebra, 1)))) is None
+
+
+@pytest.mark.parametrize("algebra", [orthogonal(4), PGA3, CGA3, STA, null_pairs(2), GRASSMANN], ids=name_of)
+def test_meets_of_outer_and_regressive_products(algebra: Algebra) -> None:
+    random, n = Random(algebra.name), algebra.dimension
+    a, b, c, d = (element(name, algebra, 1) for name in "abcd")
+    p, q, r, s = (element(name, algebra, n - 1) for name in "pqrs")
+    meets = [(a ^ b) & (p & q), (a ^ b ^ c) & (p & q), (a ^ b ^ c) & (p & q & r), (a ^ b ^ c ^ d) & (p & q)]
+    joins = [(p & q & r) ^ (a ^ b), (p & q & r & s) ^ (a ^ b), 2 * ~(p & q & r) ^ (-(a ^ b))]
+    products = [*meets, *joins]
+    for x in (*products, *(node(each.operation, *each.arguments[::-1]) for each in products)):
+        for rule in (expand_mixed_meet, expand_mixed_meet_in_differences):
+            expanded = rule(x)
+            assert expanded is not None and same_value(expanded, x, random), x
+    assert all(expand_mixed_meet(x) is None for x in ((a ^ b) & p, (p & q) ^ a, (a ^ b) & (p ^ a), (a ^ b) ^ (p & q)))
+
+
+@pytest.mark.parametrize("algebra", [VGA3, PGA3, CGA3, STA, OBLIQUE, GRASSMANN], ids=name_of)
+def test_squares_of_products_with_vectors_and_nested_contractions(algebra: Algebra) -> None:
+    random = Random(algebra.name)
+    a, b, c, d = (element(name, algebra, 1) for name in "abcd")
+    x, y = (element(name, algebra, k) for name, k in (("x", 2), ("y", 3)))
+    for square in (norm_squared(a * b * c), norm_squared(x * a), norm_squared(a * (1 + x)), norm_squared(a * a)):
+        expanded = expand_square_of_product(square)
+        assert expanded is not None and same_value(expanded, square, random), square
+    assert (
+        expand_square_of_product(norm_squared(x * x)) is None and expand_square_of_product(norm_squared(a * 2)) is None
+    )
+    nested = [contract(u, left_contraction(v, w)) for contract in CONTRACTIONS for u, v, w in ((a, b, x), (x, a, y))]
+    for product in (*nested, inner_product(left_contraction(a, x), b), scalar_product(inner_product(a, c ^ d), b)):
+        expanded = nest_contractions(product)
+        assert expanded is not None and same_value(expanded, product, random), product
+    vectors = (left_contraction(a, left_contraction(b, y)), inner_product(left_contraction(x, a), b))
+    assert all(nest_contractions(each) is None for each in (*vectors, inner_product(a, x)))
+
+
+def test_squares_of_sums_of_vectors_with_known_squares() -> None:
+    random = Random(3)
+    s, (a, b, c) = element("s", CGA3, 0), (symbol(name, POINT) for name in "abc")
+    for total in (a + b, s * a - b, 2 * a - s * ~b):
+        square = norm_squared(total)
+        expanded = expand_square_of_sum(square)
+        assert expanded is not None and same_value(expanded, square, random), square
+    others = ((a - b) * s, a + (b - c), a + element("v", CGA3, 1))
+    assert all(expand_square_of_sum(norm_squared(each)) is None for each in others)
 
 
 def test_norms_of_outer_products() -> None:
@@ -165,6 +229,8 @@ def test_norms_of_outer_products() -> None:
     ):
         p, q = (element(name, algebra, 1) for name in "pq")
         assert str(expand_norm(norm(p ^ q))) == text and expand_norm(norm(p * q)) is None
+    p, q = (element(name, CGA3, 1) for name in "pq")
+    assert str(expand_norm(norm(dual(p ^ q)))) == "sqrt(abs(norm_squared(dual((p ^ q)))))"
     p, q, r = (element(name, orthogonal(0, 3), 1) for name in "pqr")
     assert str(expand_norm(norm(p ^ q ^ r))) == "sqrt(-norm_squared(((p ^ q) ^ r)))"
 
@@ -223,7 +289,7 @@ def bracket(a, b, x):  # type: ignore[no-untyped-def]
 
 
 @kernel(s=CGA3.SPHERE, t=CGA3.SPHERE)
-def tangency(s, t):  # type: ignore[no-untyped-def]
+def tangency_of_duals(s, t):  # type: ignore[no-untyped-def]
     return norm_squared(dual(s) ^ dual(t))
 
 
@@ -272,6 +338,54 @@ def vector_of_three(a, b, c):  # type: ignore[no-untyped-def]
     return (a * b * c).grade(1)
 
 
+@kernel(a=POINT, b=POINT, c=POINT, d=POINT)
+def square_of_dual(a, b, c, d):  # type: ignore[no-untyped-def]
+    return norm_squared(dual(a ^ b ^ c ^ d))
+
+
+@kernel(a=POINT, b=POINT, c=POINT)
+def square_of_contraction(a, b, c):  # type: ignore[no-untyped-def]
+    return norm_squared(left_contraction(c, a ^ b))
+
+
+@kernel(a=POINT, b=POINT, c=POINT, d=POINT)
+def two_contractions(a, b, c, d):  # type: ignore[no-untyped-def]
+    return left_contraction(a, left_contraction(b, c ^ d))
+
+
+@kernel(a=PGA3.PLANE, b=PGA3.PLANE, c=PGA3.POINT, d=PGA3.POINT)
+def lines_meet(a, b, c, d):  # type: ignore[no-untyped-def]
+    return (a ^ b) & (c & d)
+
+
+@kernel(a=POINT, b=POINT, s=CGA3.SPHERE)
+def pair_meets_sphere(a, b, s):  # type: ignore[no-untyped-def]
+    return (a ^ b) & s
+
+
+@kernel(a=CGA3.VECTOR, b=CGA3.VECTOR, c=POINT)
+def spheres_and_point(a, b, c):  # type: ignore[no-untyped-def]
+    return norm_squared(c ^ a ^ b)
+
+
+SIX = orthogonal(6).layout("vector of six", "e1 e2 e3 e4 e5 e6")
+
+
+@kernel(a=SIX, b=SIX, c=SIX, d=SIX)
+def inner_product_of_planes_of_six_dimensions(a, b, c, d):  # type: ignore[no-untyped-def]
+    return inner_product(a ^ b, c ^ d)
+
+
+@kernel(a=SIX, b=SIX, c=SIX, d=SIX)
+def commutator_of_planes_of_six_dimensions(a, b, c, d):  # type: ignore[no-untyped-def]
+    return commutator(a ^ b, c ^ d)
+
+
+@kernel(a=SIX, b=SIX, c=SIX)
+def squared_product(a, b, c):  # type: ignore[no-untyped-def]
+    return norm_squared(a * b * c)
+
+
 @kernel(x=SCALAR, y=SCALAR)
 def fourth_power(x, y):  # type: ignore[no-untyped-def]
     return x**4 - 4 * x**3 * y + 6 * x**2 * y**2 - 4 * x * y**3 + y**4
@@ -313,7 +427,7 @@ def dense_product(a, b):  # type: ignore[no-untyped-def]
     [
         (squared_sphere, 25, 33),
         (bracket, 22, 19),
-        (tangency, 15, 18),
+        (tangency_of_duals, 15, 18),
         (squared_meet, 15, 18),
         (norm_of_meet, 28, 16),  # nearly parallel arguments lose half of the digits of the root of a difference
         (product_of_meets, 22, 22),
@@ -323,6 +437,15 @@ def dense_product(a, b):  # type: ignore[no-untyped-def]
         (line_meets_plane, 12, 10),
         (trace_of_four, 27, 20),
         (vector_of_three, 24, 17),
+        (square_of_dual, 25, 33),
+        (square_of_contraction, 13, 14),
+        (two_contractions, 15, 21),
+        (lines_meet, 14, 14),
+        (pair_meets_sphere, 24, 17),
+        (spheres_and_point, 33, 28),
+        (inner_product_of_planes_of_six_dimensions, 26, 29),
+        (commutator_of_planes_of_six_dimensions, 108, 89),
+        (squared_product, 20, 15),
         (fourth_power, 2, 1),
         (vandermonde, 2, 3),
         (product_of_squares, 5, 2),
