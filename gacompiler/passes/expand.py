@@ -18,8 +18,12 @@ from ..algebra.signs import norm_signs
 from ..frontend.expression import Expression, lift, node
 from ..frontend.facts import has_grade
 from .gram import (
+    FROM_LEFT,
+    FROM_RIGHT,
     LARGEST,
+    OF_SCALARS,
     SIGNS,
+    Blade,
     added,
     blade_of,
     chain_of,
@@ -38,10 +42,6 @@ from .squares import square_of
 
 Factors = tuple[Expression, ...]
 Change = Callable[[Factors], Sequence[Expression] | None]
-
-_FROM_LEFT = (Operation.LEFT_CONTRACTION, Operation.INNER_PRODUCT, Operation.HESTENES_PRODUCT)
-_FROM_RIGHT = (Operation.RIGHT_CONTRACTION, Operation.INNER_PRODUCT, Operation.HESTENES_PRODUCT)
-_OF_SCALARS = (Operation.NORM_SQUARED, Operation.SCALAR_PRODUCT, Operation.RIGHT_CONTRACTION, *_FROM_LEFT)
 
 
 def expand_meet(expression: Expression) -> Expression | None:
@@ -145,7 +145,7 @@ def expand_duals(expression: Expression) -> Expression | None:
     the power of `k` if its matrix has the square `s`, as in orthonormal bases and null pairs.
     """
     arguments = expression.arguments
-    if expression.operation not in _OF_SCALARS or len({each.operation for each in arguments}) != 1:
+    if expression.operation not in OF_SCALARS or len({each.operation for each in arguments}) != 1:
         return None
     operation, algebra = arguments[0].operation, expression.algebra
     if operation not in (Operation.POLARITY, Operation.DUAL, Operation.UNDUAL):
@@ -193,43 +193,41 @@ def expand_square_of_product(expression: Expression) -> Expression | None:
 
 
 def expand_square_of_sum(expression: Expression) -> Expression | None:
-    """Apply ``(r a + s b) . (r a + s b) = r**2 a . a + 2 r s a . b + s**2 b . b`` for vectors of known squares.
+    """Expand the squared norm of the sum of two outer products of vectors of known squares.
 
-    Squares of null vectors vanish.
+    Most terms vanish for null vectors. That of ``r a + s b`` is ``2 r s a . b``.
     """
     if expression.operation is not Operation.NORM_SQUARED or expression.algebra.conjugates:
         return None
     (total,) = expression.arguments
     if total.operation not in (Operation.ADD, Operation.SUBTRACT):
         return None
-    (r, a), (s, b) = (split_scale(each) or (lift(1), each) for each in total.arguments)
-    if not (has_grade(a, 1) and has_grade(b, 1)) or square_of(a) is None or square_of(b) is None:
+    first, second = map(_of_known_squares, total.arguments)
+    if not first or not second or len(first.factors) != len(second.factors):
         return None
     found: Expression | None = None
-    twice = 2 if total.operation is Operation.ADD else -2
-    for product, scale in ((inner(a, a), r * r), (inner(a, b), twice * r * s), (inner(b, b), s * s)):
+    sign = 1 if total.operation is Operation.ADD else -1
+    for a, b, times in ((first, first, 1), (first, second, 2 * sign), (second, second, 1)):
+        product = determinant(a.factors, b.factors) if a is not b else squared(a.factors)
         if product is not None:
-            found = added(found, scale * product, 1)
+            found = added(found, a.scaled(b.scaled(times * product)), 1)
     return _or_zero(found)
 
 
-def nest_contractions(expression: Expression) -> Expression | None:
-    """Apply ``u . (v . x) = (u ^ v) . x`` if the result is a scalar, for blades `u` and `v`.
-
-    The scalar product of ``v . x`` and `u` is this one in reverse order.
-    """
-    if expression.operation not in _OF_SCALARS or len(expression.arguments) != 2:
+def _of_known_squares(expression: Expression) -> Blade | None:
+    """Return the outer product of vectors of known squares that an expression is, or None."""
+    blade = blade_of(expression)
+    if blade is None:
         return None
-    for u, product in (expression.arguments, expression.arguments[::-1]):
-        if product.operation not in _FROM_LEFT:
-            continue
-        v, x = product.arguments
-        grades = [{blade.bit_count() for blade in each.blades} for each in (u, v, x)]
-        if all(len(each) == 1 for each in grades):
-            j, k, m = (each.pop() for each in grades)
-            if j and k and j + k == m:
-                return node(Operation.SCALAR_PRODUCT, u ^ v, x)
-    return None
+    factors = []
+    for each in blade.factors:
+        vector, split = each, split_scale(each)
+        if split is not None:
+            blade, vector = Blade(blade.factors, blade.scaled(split[0])), split[1]
+        if square_of(vector) is None:
+            return None
+        factors.append(vector)
+    return Blade(tuple(factors), blade.scale)
 
 
 def expand_norm(expression: Expression) -> Expression | None:
@@ -325,7 +323,7 @@ def _coefficients(factors: Factors) -> int:
 def _expand_contraction(
     expression: Expression, change: Change, change_other: Change = lambda x: x
 ) -> Expression | None:
-    if expression.operation not in (*_FROM_LEFT, *_FROM_RIGHT, Operation.SCALAR_PRODUCT):
+    if expression.operation not in (*FROM_LEFT, *FROM_RIGHT, Operation.SCALAR_PRODUCT):
         return None
     first, second = map(blade_of, expression.arguments)
     if not first or not second:
@@ -333,8 +331,8 @@ def _expand_contraction(
     j, k = len(first.factors), len(second.factors)
     if j + k < 3 or (expression.operation is Operation.SCALAR_PRODUCT and j != k):
         return None
-    from_left = j <= k and expression.operation in (*_FROM_LEFT, Operation.SCALAR_PRODUCT)
-    if not from_left and (j < k or expression.operation not in _FROM_RIGHT):
+    from_left = j <= k and expression.operation in (*FROM_LEFT, Operation.SCALAR_PRODUCT)
+    if not from_left and (j < k or expression.operation not in FROM_RIGHT):
         return None
     smaller, larger = (first.factors, second.factors) if from_left else (second.factors, first.factors)
     left, right = change_other(smaller), change(larger)

@@ -29,6 +29,10 @@ Pairing = Callable[[Expression, Expression], Expression | None]
 
 LARGEST = 4
 """Determinants of more rows have more products than the coefficients of blades."""
+FROM_LEFT = (Operation.LEFT_CONTRACTION, Operation.INNER_PRODUCT, Operation.HESTENES_PRODUCT)
+FROM_RIGHT = (Operation.RIGHT_CONTRACTION, Operation.INNER_PRODUCT, Operation.HESTENES_PRODUCT)
+OF_SCALARS = (Operation.NORM_SQUARED, Operation.SCALAR_PRODUCT, Operation.RIGHT_CONTRACTION, *FROM_LEFT)
+"""Products that may be scalars for two factors of one grade."""
 SIGNS: Mapping[Operation, Callable[[int], int]] = {
     Operation.NEGATE: lambda grade: -1,
     Operation.REVERSE: lambda grade: (-1) ** (grade * (grade - 1) // 2),

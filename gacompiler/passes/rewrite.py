@@ -34,8 +34,8 @@ from .expand import (
     expand_square_in_differences,
     expand_square_of_product,
     expand_square_of_sum,
-    nest_contractions,
 )
+from .parts_of_products import factor_sum, name_commutator, name_part, name_symmetric_part, nest_contractions
 from .sandwich_differences import reflection_as_difference, sandwich_as_difference
 
 Rule = Callable[[Expression], Expression | None]
@@ -184,7 +184,9 @@ PULL_OUT: tuple[Rule, ...] = (*RECOGNISE, pull_out_versor, drop_versor, separate
 SPLIT: tuple[Rule, ...] = (*PULL_OUT, split_sandwich, split_conjugation)
 COMBINE: tuple[Rule, ...] = (*PULL_OUT, join_sandwich)
 DIFFERENCES: tuple[Rule, ...] = (sandwich_as_difference, reflection_as_difference)
-NEST: tuple[Rule, ...] = (*RECOGNISE, nest_contractions)
+NAME: tuple[Rule, ...] = (
+    *RECOGNISE, nest_contractions, name_symmetric_part, name_part, name_commutator, factor_sum,
+)  # fmt: skip
 _OF_BLADES: tuple[Rule, ...] = (*RECOGNISE, expand_duals, expand_scalar_part, expand_square_of_product)
 EXPAND: tuple[Rule, ...] = (
     *_OF_BLADES, expand_product_of_vectors,
@@ -205,9 +207,9 @@ STRATEGIES: dict[str, tuple[tuple[Rule, ...], ...]] = {
     "sandwiches recognised": (RECOGNISE,),
     "inverses spelled out": (SPELL_OUT,),
     "versors pulled out": (PULL_OUT,),
-    "products expanded": (NEST, EXPAND),
-    "products of differences expanded": (PULL_OUT, NEST, SUBTRACT),
-    "both operands in differences, expanded": (PULL_OUT, NEST, SUBTRACT_BOTH),
+    "products expanded": (NAME, EXPAND),
+    "products of differences expanded": (PULL_OUT, NAME, SUBTRACT),
+    "both operands in differences, expanded": (PULL_OUT, NAME, SUBTRACT_BOTH),
     "chains associated": (RECOGNISE, (associate,)),
     "sandwiches one by one": (SPLIT,),
     "sandwiches combined": (COMBINE,),

@@ -23,8 +23,8 @@ from .expand import (
     expand_square,
     expand_square_of_product,
     expand_square_of_sum,
-    nest_contractions,
 )
+from .parts_of_products import nest_contractions
 from .rewrite import (
     divide_by_reversing,
     drop_versor,
