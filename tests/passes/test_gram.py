@@ -42,6 +42,7 @@ from gacompiler.ir.interpret import Tape
 from gacompiler.ir.program import Program
 from gacompiler.passes.accuracy import WORSE, Gate, _references, _ulps_or_inf, run_in_double
 from gacompiler.passes.common_factors import without_common_factors
+from gacompiler.passes.divide import cancel_numbers
 from gacompiler.passes.expand import (
     expand_commutator,
     expand_commutator_of_differences,
@@ -439,6 +440,11 @@ def squared_product(a, b, c):  # type: ignore[no-untyped-def]
     return norm_squared(a * b * c)
 
 
+@kernel(a=POINT, b=POINT, c=POINT, d=POINT)
+def cross_ratio(a, b, c, d):  # type: ignore[no-untyped-def]
+    return inner_product(a, b) * inner_product(c, d) / (inner_product(a, c) * inner_product(b, d))
+
+
 @kernel(x=SCALAR, y=SCALAR)
 def fourth_power(x, y):  # type: ignore[no-untyped-def]
     return x**4 - 4 * x**3 * y + 6 * x**2 * y**2 - 4 * x * y**3 + y**4
@@ -496,6 +502,7 @@ def dense_product(a, b):  # type: ignore[no-untyped-def]
         (square_of_part, 12, 15),
         (symmetric_part, 34, 28),
         (square_of_sum, 27, 30),
+        (cross_ratio, 14, 20),
         (lines_meet, 14, 14),
         (pair_meets_sphere, 24, 17),
         (spheres_and_point, 33, 28),
@@ -514,6 +521,24 @@ def dense_product(a, b):  # type: ignore[no-untyped-def]
 def test_counts_of_expressions_that_a_person_simplifies(definition: Any, mul: int, add: int) -> None:
     cost = compile_kernel(definition, forms=False).cost
     assert (cost.mul, cost.add) == (mul, add)
+
+
+def test_common_numbers_of_quotients_are_cancelled() -> None:
+    @kernel(x=SCALAR, y=SCALAR, z=SCALAR)
+    def quotients(x, y, z):  # type: ignore[no-untyped-def]
+        return 3 * x / (3 * y), 3 * x / (5 * y), 3 * z
+
+    program = compile_kernel(quotients, forms=False, effort=0).program
+    changed = cancel_numbers(program)
+    assert changed is not None
+    first, second, third = map(str, changed)
+    assert first == "divide(x, y)" and "5" in second and "3" in third
+
+    @kernel(x=SCALAR, y=SCALAR)
+    def others(x, y):  # type: ignore[no-untyped-def]
+        return 3 * x / (5 * y), 3 * x / y, x / (3 * y), 3 * x * y
+
+    assert cancel_numbers(compile_kernel(others, forms=False, effort=0).program) is None
 
 
 @kernel(a=POINT, b=POINT, c=POINT, d=POINT)

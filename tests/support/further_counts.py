@@ -282,7 +282,6 @@ FURTHER: dict[str, tuple[int, int]] = {
     "squared_sum_of_pairs": (27, 30),
     "pair_of_points_and_sphere": (24, 17),
     "two_spheres_and_point": (33, 28),
-    "cross_ratio_of_points": (16, 20),
     "product_of_circles": (23, 32),
     "product_of_two_bivectors_split": (18, 17),
     "commutator_with_bivector_split": (16, 10),
@@ -326,4 +325,5 @@ FURTHER: dict[str, tuple[int, int]] = {
     "squared_trivector_spacetime": (28, 17),
     "commutator_of_bivectors_spacetime": (48, 30),
     "symmetric_product_spacetime": (28, 17),
+    "cross_ratio_of_points": (14, 20),
 }
