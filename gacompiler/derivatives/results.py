@@ -9,7 +9,7 @@ from typing import Any
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..algebra.operations import Operation
 from ..errors import KernelError, OperandError
-from ..frontend.expression import Expression, lift
+from ..frontend.expression import Expression, lift, outside_functions
 from ..frontend.kernel import ArrayOf, Kernel, Parameter, trace
 from ..frontend.loop_trace import LoopTrace, trace_loops
 from ..frontend.operations import assemble
@@ -116,7 +116,8 @@ def parameter_of(definition: Kernel, wrt: str) -> tuple[int, Parameter]:
 
 def _results(definition: Kernel) -> tuple[Type, ...]:
     traced = trace(definition)
-    layouts = decide(traced, tuple(rewrite(traced.expressions).values())).layouts
+    with outside_functions():
+        layouts = decide(traced, tuple(rewrite(traced.expressions).values())).layouts
     return tuple(
         type_of(layout, (), output.outer_shape) for layout, output in zip(layouts, traced.outputs, strict=True)
     )

@@ -48,6 +48,36 @@ def divide_once(program: Program) -> tuple[Scalar, ...] | None:
     return tuple(value(operand) for result in program.results for operand in result.operands)
 
 
+def cancel_numbers(program: Program) -> tuple[Scalar, ...] | None:
+    """Return the results with ``x / y`` for quotients of equal multiples of `x` and `y`, or None if there are none."""
+    multiples: dict[Operand, tuple[Operand, Operand]] = {}
+    for line in program.lines:
+        if line.op is Op.MULTIPLY:
+            numbers = [operand for operand in line.operands if not isinstance(operand, str)]
+            others = [operand for operand in line.operands if isinstance(operand, str)]
+            if len(numbers) == 1:
+                multiples[line.target] = numbers[0], others[0]
+    found = {
+        line.target: (multiples[x][1], multiples[y][1])
+        for line in program.lines
+        if line.op is Op.DIVIDE
+        for x, y in [line.operands]
+        if x in multiples and y in multiples and multiples[x][0] == multiples[y][0]
+    }
+    if not found:
+        return None
+    graph = Graph()
+    names = [name for argument in program.arguments for name in argument.components]
+    values: dict[Operand, Scalar] = {name: graph.variable(name) for name in names}
+
+    def value(operand: Operand) -> Scalar:
+        return values[operand] if isinstance(operand, str) else graph.constant(operand)
+
+    for line in program.lines:
+        values[line.target] = graph.apply(line.op, *map(value, found.get(line.target, line.operands)))
+    return tuple(value(operand) for result in program.results for operand in result.operands)
+
+
 def divide_each(program: Program) -> tuple[Scalar, ...] | None:
     """Return the results with divisions for products with a reciprocal, or None if `program` has no such reciprocal.
 

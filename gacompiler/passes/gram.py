@@ -24,8 +24,15 @@ from .squares import square_of
 Row = Sequence[Expression | None]
 """Elements of a matrix; None is zero."""
 
+Binary = Callable[[Expression, Expression], Expression]
+Pairing = Callable[[Expression, Expression], Expression | None]
+
 LARGEST = 4
 """Determinants of more rows have more products than the coefficients of blades."""
+FROM_LEFT = (Operation.LEFT_CONTRACTION, Operation.INNER_PRODUCT, Operation.HESTENES_PRODUCT)
+FROM_RIGHT = (Operation.RIGHT_CONTRACTION, Operation.INNER_PRODUCT, Operation.HESTENES_PRODUCT)
+OF_SCALARS = (Operation.NORM_SQUARED, Operation.SCALAR_PRODUCT, Operation.RIGHT_CONTRACTION, *FROM_LEFT)
+"""Products that may be scalars for two factors of one grade."""
 SIGNS: Mapping[Operation, Callable[[int], int]] = {
     Operation.NEGATE: lambda grade: -1,
     Operation.REVERSE: lambda grade: (-1) ** (grade * (grade - 1) // 2),
@@ -62,13 +69,13 @@ def blade_of(expression: Expression) -> Blade | None:
     return _blade(expression, Operation.OUTER_PRODUCT, 1)
 
 
-def meet_of(expression: Expression) -> Blade | None:
-    """Return the regressive product of at most two pseudovectors that an expression is, or None.
+def meet_of(expression: Expression, largest: int = 2) -> Blade | None:
+    """Return the regressive product of at most `largest` pseudovectors that an expression is, or None.
 
     The weights of pseudovectors are arbitrary, so subtracting them does not keep the digits of determinants of three.
     """
     found = _blade(expression, Operation.REGRESSIVE_PRODUCT, expression.algebra.dimension - 1)
-    return None if found is None or len(found.factors) > 2 else found
+    return None if found is None or len(found.factors) > largest else found
 
 
 def _blade(expression: Expression, product: Operation, grade: int) -> Blade | None:
@@ -128,22 +135,39 @@ def split_scale(expression: Expression) -> tuple[Expression, Expression] | None:
 
 
 def in_differences(vectors: Sequence[Expression]) -> tuple[Expression, ...] | None:
-    """Subtract the first of some vectors from the others, which does not change their outer product.
+    """Subtract one of some vectors from the others, which does not change their outer product.
 
-    The determinant of nearly equal vectors loses accuracy, that of one of them and of differences does not. Return None
-    if some vector is a sum, so that differences are not subtracted again, or has an implied coefficient. The dual of an
-    input is a vector like an input.
+    The determinant of nearly equal vectors loses accuracy, that of one of them and of differences does not. Vectors
+    with implied coefficients are not subtracted: squared distances of null vectors are differences already. Return None
+    if some vector is a sum, so that differences are not subtracted again, or if none remains. The dual of an input is a
+    vector like an input.
     """
-    if len(vectors) < 2 or not all(map(_is_stored, vectors)):
+    return _subtracted(vectors, lambda given: not given.data.layout.implied)
+
+
+def in_all_differences(vectors: Sequence[Expression]) -> tuple[Expression, ...] | None:
+    """Subtract one of some vectors from the others as `in_differences`, also those with implied coefficients."""
+    return _subtracted(vectors, lambda given: True)
+
+
+def _subtracted(vectors: Sequence[Expression], wanted: Callable[[Expression], bool]) -> tuple[Expression, ...] | None:
+    places = []
+    for k, each in enumerate(vectors):
+        given = _input_of(each)
+        if given is None:
+            return None
+        if wanted(given):
+            places.append(k)
+    if len(places) < 2:
         return None
-    first, *others = vectors
-    return (first, *(each - first for each in others))
+    first, *others = places
+    return tuple(each - vectors[first] if k in others else each for k, each in enumerate(vectors))
 
 
-def _is_stored(vector: Expression) -> bool:
+def _input_of(vector: Expression) -> Expression | None:
     if vector.operation in (Operation.DUAL, Operation.UNDUAL, Operation.POLARITY):
         vector = vector.arguments[0]
-    return vector.operation is Operation.INPUT and not vector.data.layout.implied
+    return vector if vector.operation is Operation.INPUT else None
 
 
 def scale_of_meets(algebra: Algebra, factors: int) -> Rational | None:
@@ -171,22 +195,35 @@ def squared(vectors: Sequence[Expression]) -> Expression | None:
     return _hollow(rows) if all(rows[k][k] is None for k in range(len(rows))) else _determinant(rows)
 
 
-def contracted(left: Sequence[Expression], right: Sequence[Expression]) -> Expression | None:
+def contracted(
+    left: Sequence[Expression], right: Sequence[Expression], pairing: Pairing | None = None, join: Binary = operator.xor
+) -> Expression | None:
     """Return the left contraction of an outer product on a second one with as many factors or more; None is zero.
 
     It is the sum over the choices of factors of the second one, each replaced by a determinant (Laplace's expansion).
+
+    Parameters
+    ----------
+    left, right : sequence of Expression
+    pairing : callable, optional
+        The product of a factor of each; `inner` by default.
+    join : callable, optional
+        The product of the other factors.
     """
     total: Expression | None = None
     for chosen, rest, sign in _choices(len(right), len(left)):
-        value = determinant(left[::-1], [right[k] for k in chosen])
+        value = determinant(left[::-1], [right[k] for k in chosen], pairing)
         if value is not None:
-            total = added(total, value * outer([right[k] for k in rest]) if rest else value, sign)
+            total = added(total, value * reduce(join, [right[k] for k in rest]) if rest else value, sign)
     return total
 
 
-def determinant(left: Sequence[Expression], right: Sequence[Expression]) -> Expression | None:
-    """Return the determinant of the scalar products of two lists of factors; None is zero."""
-    return _determinant([[inner(a, b) for b in right] for a in left])
+def determinant(
+    left: Sequence[Expression], right: Sequence[Expression], pairing: Pairing | None = None
+) -> Expression | None:
+    """Return the determinant of the products of two lists of factors, by default scalar products; None is zero."""
+    product = pairing or inner
+    return _determinant([[product(a, b) for b in right] for a in left])
 
 
 def outer(factors: Sequence[Expression]) -> Expression:

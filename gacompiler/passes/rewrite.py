@@ -18,17 +18,24 @@ from ..frontend.facts import is_unit, is_unit_even_versor, is_unit_vector, parit
 from .associate import associate
 from .expand import (
     expand_commutator,
+    expand_commutator_of_differences,
     expand_contraction,
     expand_contraction_in_differences,
+    expand_contraction_of_differences,
+    expand_duals,
     expand_meet,
     expand_meet_in_differences,
+    expand_mixed_meet,
+    expand_mixed_meet_in_differences,
     expand_norm,
-    expand_polarities,
     expand_product_of_vectors,
     expand_scalar_part,
     expand_square,
     expand_square_in_differences,
+    expand_square_of_product,
+    expand_square_of_sum,
 )
+from .parts_of_products import factor_sum, name_commutator, name_part, name_symmetric_part, nest_contractions
 from .sandwich_differences import reflection_as_difference, sandwich_as_difference
 
 Rule = Callable[[Expression], Expression | None]
@@ -177,13 +184,22 @@ PULL_OUT: tuple[Rule, ...] = (*RECOGNISE, pull_out_versor, drop_versor, separate
 SPLIT: tuple[Rule, ...] = (*PULL_OUT, split_sandwich, split_conjugation)
 COMBINE: tuple[Rule, ...] = (*PULL_OUT, join_sandwich)
 DIFFERENCES: tuple[Rule, ...] = (sandwich_as_difference, reflection_as_difference)
+NAME: tuple[Rule, ...] = (
+    *RECOGNISE, nest_contractions, name_symmetric_part, name_part, name_commutator, factor_sum,
+)  # fmt: skip
+_OF_BLADES: tuple[Rule, ...] = (*RECOGNISE, expand_duals, expand_scalar_part, expand_square_of_product)
 EXPAND: tuple[Rule, ...] = (
-    *RECOGNISE, expand_polarities, expand_scalar_part, expand_product_of_vectors,
-    expand_meet, expand_contraction, expand_square, expand_norm, expand_commutator,
+    *_OF_BLADES, expand_product_of_vectors,
+    expand_meet, expand_mixed_meet, expand_contraction, expand_square, expand_norm, expand_commutator,
+    expand_square_of_sum,
 )  # fmt: skip
 SUBTRACT: tuple[Rule, ...] = (
-    *RECOGNISE, expand_polarities, expand_scalar_part,
-    expand_meet_in_differences, expand_contraction_in_differences, expand_square_in_differences,
+    *_OF_BLADES, expand_meet_in_differences, expand_mixed_meet_in_differences,
+    expand_contraction_in_differences, expand_square_in_differences,
+)  # fmt: skip
+SUBTRACT_BOTH: tuple[Rule, ...] = (
+    *_OF_BLADES, expand_meet_in_differences, expand_mixed_meet_in_differences,
+    expand_contraction_of_differences, expand_square_in_differences, expand_commutator_of_differences,
 )  # fmt: skip
 
 STRATEGIES: dict[str, tuple[tuple[Rule, ...], ...]] = {
@@ -191,8 +207,9 @@ STRATEGIES: dict[str, tuple[tuple[Rule, ...], ...]] = {
     "sandwiches recognised": (RECOGNISE,),
     "inverses spelled out": (SPELL_OUT,),
     "versors pulled out": (PULL_OUT,),
-    "products expanded": (EXPAND,),
-    "products of differences expanded": (PULL_OUT, SUBTRACT),
+    "products expanded": (NAME, EXPAND),
+    "products of differences expanded": (PULL_OUT, NAME, SUBTRACT),
+    "both operands in differences, expanded": (PULL_OUT, NAME, SUBTRACT_BOTH),
     "chains associated": (RECOGNISE, (associate,)),
     "sandwiches one by one": (SPLIT,),
     "sandwiches combined": (COMBINE,),

@@ -14,13 +14,17 @@ from ..frontend.facts import is_unit, is_unit_even_versor, is_unit_vector, parit
 from .expand import (
     expand_commutator,
     expand_contraction,
+    expand_duals,
     expand_meet,
+    expand_mixed_meet,
     expand_norm,
-    expand_polarities,
     expand_product_of_vectors,
     expand_scalar_part,
     expand_square,
+    expand_square_of_product,
+    expand_square_of_sum,
 )
+from .parts_of_products import nest_contractions
 from .rewrite import (
     divide_by_reversing,
     drop_versor,
@@ -233,6 +237,7 @@ RULES: tuple[Rule, ...] = (
     pull_out_versor, drop_versor, pull_out_scalar, dual_of_sandwich, norm_of_sandwich,
     split_sandwich, join_sandwich, split_conjugation, blend,
     expand_meet, expand_contraction, expand_square, expand_norm, expand_commutator,
-    expand_polarities, expand_scalar_part, expand_product_of_vectors,
+    expand_duals, expand_scalar_part, expand_product_of_vectors,
+    expand_mixed_meet, expand_square_of_product, expand_square_of_sum, nest_contractions,
 )  # fmt: skip
 """All rules. Their order has no influence on the result."""

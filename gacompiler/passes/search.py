@@ -29,7 +29,7 @@ from ..ir.scalar import Graph, Scalar
 from ..rings.polynomial import total_terms
 from .accuracy import Gate
 from .candidate import Candidate
-from .divide import divide_once
+from .divide import cancel_numbers, divide_once
 from .effort import DEFAULT, LEVELS, Effort
 from .factor import Policy
 from .forms import Form, Steps, forms_as_products, forms_of, further_forms
@@ -207,10 +207,14 @@ class Search:
         return found
 
     def divided_once(self, found: Sequence[Candidate]) -> list[Candidate]:
-        """Return the cheapest candidates with a single division for each divisor, if they have more."""
+        """Return the cheapest candidates with a single division for each divisor, and without common numbers."""
         cheapest = sorted(found, key=lambda candidate: candidate.cost.total)[: DIVIDED if self._has_lines_left() else 1]
-        divided = ((candidate.steps, divide_once(candidate.program)) for candidate in cheapest)
-        return [self.candidate((*steps, "dividing once"), each) for steps, each in divided if each]
+        return [
+            self.candidate((*candidate.steps, step), scalars)
+            for candidate in cheapest
+            for step, change in (("dividing once", divide_once), ("numbers cancelled", cancel_numbers))
+            if (scalars := change(candidate.program))
+        ]
 
     def factorised_by(self, policies: Sequence[Policy]) -> list[Candidate]:
         """Return the systems that `candidates` compared, factorised by other policies."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable
 from fractions import Fraction
 from math import ulp
@@ -13,12 +14,13 @@ import numpy as np
 import pytest
 import sympy
 from exact_elements import GRASSMANN, OBLIQUE, name_of
-from expressions import element, outputs_at, same_value
+from expressions import element, outputs_at, same_value, symbol
 
 import gacompiler
 from gacompiler import (
     SCALAR,
     Algebra,
+    anticommutator,
     commutator,
     dual,
     hestenes_product,
@@ -31,25 +33,41 @@ from gacompiler import (
     polarity,
     right_contraction,
     scalar_product,
+    undual,
+    vjp,
 )
 from gacompiler.algebra.catalog import CGA2, CGA3, PGA3, STA, VGA3, null_pairs, orthogonal
-from gacompiler.frontend.expression import Expression, lift
+from gacompiler.frontend.expression import Expression, lift, node
 from gacompiler.ir.interpret import Tape
 from gacompiler.ir.program import Program
 from gacompiler.passes.accuracy import WORSE, Gate, _references, _ulps_or_inf, run_in_double
 from gacompiler.passes.common_factors import without_common_factors
+from gacompiler.passes.divide import cancel_numbers
 from gacompiler.passes.expand import (
     expand_commutator,
+    expand_commutator_of_differences,
     expand_contraction,
     expand_contraction_in_differences,
+    expand_contraction_of_differences,
+    expand_duals,
     expand_meet,
     expand_meet_in_differences,
+    expand_mixed_meet,
+    expand_mixed_meet_in_differences,
     expand_norm,
-    expand_polarities,
     expand_product_of_vectors,
     expand_scalar_part,
     expand_square,
     expand_square_in_differences,
+    expand_square_of_product,
+    expand_square_of_sum,
+)
+from gacompiler.passes.parts_of_products import (
+    factor_sum,
+    name_commutator,
+    name_part,
+    name_symmetric_part,
+    nest_contractions,
 )
 from gacompiler.passes.pipeline import compile_kernel
 from gacompiler.passes.products import as_products
@@ -57,6 +75,8 @@ from gacompiler.passes.shift import shift_each
 from gacompiler.passes.system import Definition, System
 from gacompiler.rings.polynomial import PolynomialRing
 
+SUMS = (operator.add, operator.sub)
+CONTRACTED = (expand_contraction, expand_contraction_in_differences, expand_contraction_of_differences)
 CONTRACTIONS = (inner_product, hestenes_product, left_contraction, right_contraction, scalar_product)
 POINT = CGA3.POINT
 
@@ -69,8 +89,8 @@ def products_of_blades(algebra: Algebra) -> list[tuple[Expression, Callable[[Exp
     commuted = [commutator(*pair) for pair in (*pairs[:5], (c ^ d ^ e, a ^ b))]
     squared = [norm_squared(x) for x in (a ^ b, a ^ b ^ c, a ^ b ^ c ^ d)]
     return [
-        *((x, rule) for x in contracted for rule in (expand_contraction, expand_contraction_in_differences)),
-        *((x, expand_commutator) for x in commuted),
+        *((x, rule) for x in contracted for rule in CONTRACTED),
+        *((x, rule) for x in commuted for rule in (expand_commutator, expand_commutator_of_differences)),
         *((x, rule) for x in squared for rule in (expand_square, expand_square_in_differences)),
     ]
 
@@ -83,7 +103,7 @@ def test_products_of_blades_by_inner_products(algebra: Algebra) -> None:
         if expanded is not None:
             n += 1
             assert same_value(expanded, product, random), product
-    assert n == 66
+    assert n == 91
 
 
 def products_of_meets(algebra: Algebra) -> list[tuple[Expression, Callable[[Expression], Expression | None]]]:
@@ -144,16 +164,99 @@ def test_products_of_vectors(algebra: Algebra) -> None:
     assert all(expand_product_of_vectors(x.grade(1)) is None for x in (*scalars, a * (b ^ c), a * b * (c ^ d)))
 
 
-@pytest.mark.parametrize("algebra", [VGA3, orthogonal(4), CGA2, CGA3, STA, OBLIQUE], ids=name_of)
-def test_products_of_polarities(algebra: Algebra) -> None:
-    random = Random(algebra.name)
-    for k in range(1, algebra.dimension):
-        a, b = (polarity(element(name, algebra, k)) for name in "ab")
-        for product in (norm_squared(a), *(contract(a, b) for contract in CONTRACTIONS)):
-            expanded = expand_polarities(product)
-            assert expanded is not None and same_value(expanded, product, random), product
+@pytest.mark.parametrize(
+    ("algebra", "of_duals"),
+    [(VGA3, 12), (orthogonal(4), 18), (CGA2, 18), (CGA3, 24), (STA, 18), (null_pairs(2), 18), (OBLIQUE, 0)],
+    ids=name_of,
+)
+def test_products_of_duals(algebra: Algebra, of_duals: int) -> None:
+    """Duals in metrics whose matrix is not a multiple of its inverse are not expanded, polarities are."""
+    random, n = Random(algebra.name), 0
+    for change in (polarity, dual, undual):
+        for k in range(1, algebra.dimension):
+            a, b = (change(element(name, algebra, k)) for name in "ab")
+            for product in (norm_squared(a), *(contract(a, b) for contract in CONTRACTIONS)):
+                expanded = expand_duals(product)
+                n += expanded is not None and change is dual
+                assert expanded is None or same_value(expanded, product, random), product
+                assert expanded is not None or (change is not polarity and not of_duals)
+    assert n == of_duals
     ends = [hestenes_product(polarity(element("a", algebra, k)), polarity(lift(3))) for k in (0, 1)]
-    assert all(expand_polarities(each) is None for each in ends)
+    assert all(expand_duals(each) is None for each in ends)
+    assert expand_duals(inner_product(dual(element("a", algebra, 1)), polarity(element("b", algebra, 1)))) is None
+
+
+@pytest.mark.parametrize("algebra", [orthogonal(4), PGA3, CGA3, STA, null_pairs(2), GRASSMANN], ids=name_of)
+def test_meets_of_outer_and_regressive_products(algebra: Algebra) -> None:
+    random, n = Random(algebra.name), algebra.dimension
+    a, b, c, d = (element(name, algebra, 1) for name in "abcd")
+    p, q, r, s = (element(name, algebra, n - 1) for name in "pqrs")
+    meets = [(a ^ b) & (p & q), (a ^ b ^ c) & (p & q), (a ^ b ^ c) & (p & q & r), (a ^ b ^ c ^ d) & (p & q)]
+    joins = [(p & q & r) ^ (a ^ b), (p & q & r & s) ^ (a ^ b), 2 * ~(p & q & r) ^ (-(a ^ b))]
+    products = [*meets, *joins]
+    for x in (*products, *(node(each.operation, *each.arguments[::-1]) for each in products)):
+        for rule in (expand_mixed_meet, expand_mixed_meet_in_differences):
+            expanded = rule(x)
+            assert expanded is not None and same_value(expanded, x, random), x
+    assert all(expand_mixed_meet(x) is None for x in ((a ^ b) & p, (p & q) ^ a, (a ^ b) & (p ^ a), (a ^ b) ^ (p & q)))
+
+
+@pytest.mark.parametrize("algebra", [VGA3, PGA3, CGA3, STA, OBLIQUE, GRASSMANN], ids=name_of)
+def test_squares_of_products_with_vectors_and_nested_contractions(algebra: Algebra) -> None:
+    random = Random(algebra.name)
+    a, b, c, d = (element(name, algebra, 1) for name in "abcd")
+    x, y = (element(name, algebra, k) for name, k in (("x", 2), ("y", 3)))
+    for square in (norm_squared(a * b * c), norm_squared(x * a), norm_squared(a * (1 + x)), norm_squared(a * a)):
+        expanded = expand_square_of_product(square)
+        assert expanded is not None and same_value(expanded, square, random), square
+    assert (
+        expand_square_of_product(norm_squared(x * x)) is None and expand_square_of_product(norm_squared(a * 2)) is None
+    )
+    nested = [contract(u, left_contraction(v, w)) for contract in CONTRACTIONS for u, v, w in ((a, b, x), (x, a, y))]
+    for product in (*nested, inner_product(left_contraction(a, x), b), scalar_product(inner_product(a, c ^ d), b)):
+        expanded = nest_contractions(product)
+        assert expanded is not None and same_value(expanded, product, random), product
+    vectors = (left_contraction(a, left_contraction(b, y)), inner_product(left_contraction(x, a), b))
+    assert all(nest_contractions(each) is None for each in (*vectors, inner_product(a, x)))
+
+
+@pytest.mark.parametrize("algebra", [VGA3, PGA3, CGA3, STA, OBLIQUE, GRASSMANN], ids=name_of)
+def test_parts_of_products_are_named(algebra: Algebra) -> None:
+    random = Random(algebra.name)
+    a, b, c, d = (element(name, algebra, 1) for name in "abcd")
+    x = element("x", algebra, 2)
+    parts: list[tuple[Callable[[Expression], Expression | None], Expression]] = [
+        (name_part, product.grade(grade))
+        for product, grade in (
+            (a * b, 2), (~(a * b) * c * d, 4), ((a ^ b) * (b ^ c), 2), ((a ^ b) * (c ^ d), 4), (~(a ^ b) * (2 * c), 3),
+            ((a ^ b) * c, 1), (c * (a ^ b), 1), ((a ^ b ^ c) * (a ^ d), 1),
+        )
+    ]  # fmt: skip
+    parts += [(name_commutator, commute(a, b)) for commute in (commutator, anticommutator)]
+    both = ((a * b, b * a), (a * b * c, c * b * a), (a * b * c * d, ~(a * b * c * d)), (a * b * a, a * b * a))
+    parts += [(name_symmetric_part, sum_of(*each)) for sum_of in SUMS for each in both]
+    blades = ((a ^ b, a ^ c), (a ^ b, c ^ a), (b ^ a, c ^ a), (b ^ a, a ^ c))
+    parts += [(factor_sum, sum_of(*each)) for sum_of in SUMS for each in blades]
+    for rule, part in parts:
+        named = rule(part)
+        assert named is not None and same_value(named, part, random), part
+    for rule, other in (
+        (name_part, (a * x).grade(1)), (name_part, (a * b).grade(0, 2)), (name_part, ((a ^ b) * (c ^ d)).grade(3)),
+        (name_commutator, commutator(x, a)), (name_symmetric_part, a * b + c * a), (name_symmetric_part, a * x + x * a),
+        (factor_sum, (a ^ b) + (c ^ d)), (factor_sum, (a ^ x) + (a ^ x)),
+    ):  # fmt: skip
+        assert rule(other) is None, other
+
+
+def test_squares_of_sums_of_blades_with_known_squares() -> None:
+    random = Random(3)
+    s, (a, b, c) = element("s", CGA3, 0), (symbol(name, POINT) for name in "abc")
+    for total in (a + b, s * a - b, 2 * a - s * ~b, (a ^ b) - s * ~(b ^ c), (a ^ b ^ c) + (c ^ b ^ a)):
+        square = norm_squared(total)
+        expanded = expand_square_of_sum(square)
+        assert expanded is not None and same_value(expanded, square, random), square
+    others = ((a - b) * s, a + (b - c), a + element("v", CGA3, 1), a + (b ^ c))
+    assert all(expand_square_of_sum(norm_squared(each)) is None for each in others)
 
 
 def test_norms_of_outer_products() -> None:
@@ -165,6 +268,8 @@ def test_norms_of_outer_products() -> None:
     ):
         p, q = (element(name, algebra, 1) for name in "pq")
         assert str(expand_norm(norm(p ^ q))) == text and expand_norm(norm(p * q)) is None
+    p, q = (element(name, CGA3, 1) for name in "pq")
+    assert str(expand_norm(norm(dual(p ^ q)))) == "sqrt(abs(norm_squared(dual((p ^ q)))))"
     p, q, r = (element(name, orthogonal(0, 3), 1) for name in "pqr")
     assert str(expand_norm(norm(p ^ q ^ r))) == "sqrt(-norm_squared(((p ^ q) ^ r)))"
 
@@ -223,7 +328,7 @@ def bracket(a, b, x):  # type: ignore[no-untyped-def]
 
 
 @kernel(s=CGA3.SPHERE, t=CGA3.SPHERE)
-def tangency(s, t):  # type: ignore[no-untyped-def]
+def tangency_of_duals(s, t):  # type: ignore[no-untyped-def]
     return norm_squared(dual(s) ^ dual(t))
 
 
@@ -272,6 +377,74 @@ def vector_of_three(a, b, c):  # type: ignore[no-untyped-def]
     return (a * b * c).grade(1)
 
 
+@kernel(a=POINT, b=POINT, c=POINT, d=POINT)
+def square_of_dual(a, b, c, d):  # type: ignore[no-untyped-def]
+    return norm_squared(dual(a ^ b ^ c ^ d))
+
+
+@kernel(a=POINT, b=POINT, c=POINT)
+def square_of_contraction(a, b, c):  # type: ignore[no-untyped-def]
+    return norm_squared(left_contraction(c, a ^ b))
+
+
+@kernel(a=POINT, b=POINT, c=POINT, d=POINT)
+def two_contractions(a, b, c, d):  # type: ignore[no-untyped-def]
+    return left_contraction(a, left_contraction(b, c ^ d))
+
+
+@kernel(a=POINT, b=POINT, c=POINT)
+def square_of_part(a, b, c):  # type: ignore[no-untyped-def]
+    return norm_squared((a * b * c - c * b * a) / 2)
+
+
+@kernel(a=POINT, b=POINT, c=POINT)
+def symmetric_part(a, b, c):  # type: ignore[no-untyped-def]
+    return a * b * c + c * b * a
+
+
+@kernel(a=POINT, b=POINT, c=POINT, d=POINT)
+def square_of_sum(a, b, c, d):  # type: ignore[no-untyped-def]
+    return norm_squared((a ^ b) + (c ^ d))
+
+
+@kernel(a=PGA3.PLANE, b=PGA3.PLANE, c=PGA3.POINT, d=PGA3.POINT)
+def lines_meet(a, b, c, d):  # type: ignore[no-untyped-def]
+    return (a ^ b) & (c & d)
+
+
+@kernel(a=POINT, b=POINT, s=CGA3.SPHERE)
+def pair_meets_sphere(a, b, s):  # type: ignore[no-untyped-def]
+    return (a ^ b) & s
+
+
+@kernel(a=CGA3.VECTOR, b=CGA3.VECTOR, c=POINT)
+def spheres_and_point(a, b, c):  # type: ignore[no-untyped-def]
+    return norm_squared(c ^ a ^ b)
+
+
+SIX = orthogonal(6).layout("vector of six", "e1 e2 e3 e4 e5 e6")
+
+
+@kernel(a=SIX, b=SIX, c=SIX, d=SIX)
+def inner_product_of_planes_of_six_dimensions(a, b, c, d):  # type: ignore[no-untyped-def]
+    return inner_product(a ^ b, c ^ d)
+
+
+@kernel(a=SIX, b=SIX, c=SIX, d=SIX)
+def commutator_of_planes_of_six_dimensions(a, b, c, d):  # type: ignore[no-untyped-def]
+    return commutator(a ^ b, c ^ d)
+
+
+@kernel(a=SIX, b=SIX, c=SIX)
+def squared_product(a, b, c):  # type: ignore[no-untyped-def]
+    return norm_squared(a * b * c)
+
+
+@kernel(a=POINT, b=POINT, c=POINT, d=POINT)
+def cross_ratio(a, b, c, d):  # type: ignore[no-untyped-def]
+    return inner_product(a, b) * inner_product(c, d) / (inner_product(a, c) * inner_product(b, d))
+
+
 @kernel(x=SCALAR, y=SCALAR)
 def fourth_power(x, y):  # type: ignore[no-untyped-def]
     return x**4 - 4 * x**3 * y + 6 * x**2 * y**2 - 4 * x * y**3 + y**4
@@ -313,7 +486,7 @@ def dense_product(a, b):  # type: ignore[no-untyped-def]
     [
         (squared_sphere, 25, 33),
         (bracket, 22, 19),
-        (tangency, 15, 18),
+        (tangency_of_duals, 15, 18),
         (squared_meet, 15, 18),
         (norm_of_meet, 28, 16),  # nearly parallel arguments lose half of the digits of the root of a difference
         (product_of_meets, 22, 22),
@@ -323,6 +496,19 @@ def dense_product(a, b):  # type: ignore[no-untyped-def]
         (line_meets_plane, 12, 10),
         (trace_of_four, 27, 20),
         (vector_of_three, 24, 17),
+        (square_of_dual, 25, 33),
+        (square_of_contraction, 13, 14),
+        (two_contractions, 15, 21),
+        (square_of_part, 12, 15),
+        (symmetric_part, 34, 28),
+        (square_of_sum, 27, 30),
+        (cross_ratio, 14, 20),
+        (lines_meet, 14, 14),
+        (pair_meets_sphere, 24, 17),
+        (spheres_and_point, 33, 28),
+        (inner_product_of_planes_of_six_dimensions, 26, 29),
+        (commutator_of_planes_of_six_dimensions, 108, 89),
+        (squared_product, 20, 15),
         (fourth_power, 2, 1),
         (vandermonde, 2, 3),
         (product_of_squares, 5, 2),
@@ -335,6 +521,24 @@ def dense_product(a, b):  # type: ignore[no-untyped-def]
 def test_counts_of_expressions_that_a_person_simplifies(definition: Any, mul: int, add: int) -> None:
     cost = compile_kernel(definition, forms=False).cost
     assert (cost.mul, cost.add) == (mul, add)
+
+
+def test_common_numbers_of_quotients_are_cancelled() -> None:
+    @kernel(x=SCALAR, y=SCALAR, z=SCALAR)
+    def quotients(x, y, z):  # type: ignore[no-untyped-def]
+        return 3 * x / (3 * y), 3 * x / (5 * y), 3 * z
+
+    program = compile_kernel(quotients, forms=False, effort=0).program
+    changed = cancel_numbers(program)
+    assert changed is not None
+    first, second, third = map(str, changed)
+    assert first == "divide(x, y)" and "5" in second and "3" in third
+
+    @kernel(x=SCALAR, y=SCALAR)
+    def others(x, y):  # type: ignore[no-untyped-def]
+        return 3 * x / (5 * y), 3 * x / y, x / (3 * y), 3 * x * y
+
+    assert cancel_numbers(compile_kernel(others, forms=False, effort=0).program) is None
 
 
 @kernel(a=POINT, b=POINT, c=POINT, d=POINT)
@@ -468,3 +672,18 @@ def test_gradient_of_a_squared_norm_is_zero_where_the_norm_is() -> None:
     assert np.array_equal(gradient[0], np.zeros(3))
     _, gradient = compute(np.array([1.0, 2.0, 3.0]), np.ones(3))
     assert np.array_equal(gradient[0], [0.0, 1.0, 2.0])
+
+
+def test_derivatives_of_expanded_kernels_inside_kernels() -> None:
+    """Expressions are compared by their structure while the layout of a derivative is found within a function."""
+
+    @kernel(a=VGA3.VECTOR, b=VGA3.VECTOR)
+    def area(a, b):  # type: ignore[no-untyped-def]
+        return norm_squared((a * b).grade(2))
+
+    @kernel(a=VGA3.VECTOR, b=VGA3.VECTOR)
+    def slope(a, b):  # type: ignore[no-untyped-def]
+        return vjp(area, "a").function(a, b, 1)[1]
+
+    gradient = gacompiler.compile(slope)(np.array([1.0, 2.0, 3.0]), np.array([0.0, 1.0, 0.0]))
+    assert np.array_equal(gradient, [2.0, 0.0, 6.0])
