@@ -126,9 +126,12 @@ _FINGER = (0.0164, (-0.47, 0.47), (0, 0, 1)), (0.054, (-0.196, 1.61), (0, 1, 0))
 """Of each link of a finger of the Allegro hand: its length, and the limits and the axis of its joint."""
 _THUMB = (0.0177, (-0.105, 1.163), (0, 0, 1)), (0.0514, (-0.189, 1.644), (0, 1, 0)), \
     (0.0423, (-0.162, 1.719), (0, 1, 0))  # fmt: skip
+"""The same of the thumb of the Allegro hand."""
 _ROOTS = ((-0.08726646, 0, 0), (0, 0.0435, -0.001542)), ((0, 0, 0), (0, 0, 0.0007)), \
     ((0.08726646, 0, 0), (0, -0.0435, -0.001542))  # fmt: skip
+"""Of each finger of the Allegro hand: the angles and the place of its root in the palm."""
 _RADIUS, _TIP = 0.0125, 0.012
+"""The radii of the links and of the tips of fingers of the Allegro hand, in metres."""
 
 
 def _chain(

@@ -15,7 +15,6 @@ from .status import GraspStatus
 
 SAMPLES = 4096
 """Number of samples of the surface: the distance between neighbours is about a sixtieth of the object's size."""
-_VERTICES = 4096
 _STEPS = np.array([0.8191725133961645, 0.6710436067037893, 0.5497004779019703])
 """The steps of a sequence of points that fill a cube evenly (Roberts' R3)."""
 
@@ -103,7 +102,7 @@ def surface_of(vertices: Reals, faces: Integers) -> Surface | GraspStatus:
     matrix[:3, :3], matrix[:3, 3] = turn, origin + centre
     points, normals = _samples(placed, faces, np.sign(volume) * areas @ turn)
     length = float(np.sqrt(np.square(placed).sum(1).max()))
-    outline = np.concatenate([placed[:: -(-len(placed) // _VERTICES)], points[::2]])
+    outline = np.concatenate([placed[:: -(-len(placed) // SAMPLES)], points[::2]])
     frame, extents = pga3.motor_from_matrix(matrix), np.ptp(placed, axis=0)
     return Surface(frame, points, normals, outline, extents, length, vertices, faces)
 

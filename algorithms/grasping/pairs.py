@@ -16,10 +16,10 @@ _FIRST, _SECOND = 384, 1024
 """Limit on work: for so many samples, at equal distances, a partner is found among so many others."""
 _KEPT = 120
 """Limit on work: the number of pairs whose bounds are computed."""
-_EDGES = 8
 _NONE = 1e30
 """The cost of samples without a partner."""
 _TWISTS = 64
+"""Limit on work: the number of random twists by which the quality of pairs is bounded."""
 
 
 def _twists() -> Reals:
@@ -43,7 +43,7 @@ def pairs(surface: Surface, friction: float, torsion: float, span: Span) -> tupl
     rows = rows[np.sort(np.unique(rows, axis=0, return_index=True)[1])][:_KEPT]
     if not len(rows):
         return rows, np.zeros(0)
-    wrenches = contact_wrenches(p[rows].reshape(-1, 3), n[rows].reshape(-1, 3), friction, _EDGES, torsion=torsion)
+    wrenches = contact_wrenches(p[rows].reshape(-1, 3), n[rows].reshape(-1, 3), friction, torsion=torsion)
     scaled = wrenches.reshape(len(rows), -1, 6) / np.array([1, 1, 1, *[surface.length] * 3])
     bounds = (scaled @ _DIRECTIONS.T).max(1).min(-1)
     order = np.argsort(-np.round(bounds, 8), kind="stable")

@@ -21,6 +21,7 @@ with extra("pictures", __name__):
     from matplotlib.figure import Figure
 
 _FACES = 4000
+"""A limit on work: the number of drawn triangles."""
 _CONE = 0.03
 """The length of the drawn forces, in metres."""
 

@@ -28,6 +28,7 @@ from .triples import LEAST_QUALITY, Span, triples
 _BLOCK = 10
 """Number of sets of contacts, triples or pairs, for which the hand is placed at a time."""
 _BLOCKS = 20
+"""Limit on work: the number of blocks after which the search ends."""
 _GOOD, _FAIR = 0.85, 0.6
 """The search ends at a grasp whose quality is more than the first part of the bound of all further sets of contacts,
 and at the end of a block if it is more than the second part."""

@@ -34,6 +34,7 @@ _HALF = 5
 _POWERS = tuple((a, n - a) for n in range(4) for a in range(n, -1, -1))
 """The exponents of the terms, of which the first ones are those of the second degree."""
 _FEWER = 6
+"""The number of terms of up to the second degree."""
 _FITTED = 2048
 """Limit on work: the number of pixels whose tangent planes are computed at a time."""
 _STEP = 0.004

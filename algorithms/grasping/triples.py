@@ -20,11 +20,13 @@ from .meshes import Surface
 LEAST_QUALITY = 1e-4
 """A grasp of less quality has no force closure within rounding errors."""
 _ANGLES, _HEIGHTS = 48, 16
+"""Limit on work: the cells, about an axis and along it, of which each has one sample."""
 _POOL = 32
 """Number of samples among which style 2 chooses."""
 _PASSES = 256, 100, 60, 60, 40, 40, 40
 """Each pass lowers the bounds of so many of the best triples by a descent from other twists."""
 _TWISTS_OF_PASS, _ROUGH = 24, 8
+"""Limits on work: the number of twists of each pass, and of those that decide which triples pass."""
 _GOOD = 0.6
 """The part of the best bound above which triples are good."""
 _RECOMBINED = 2
@@ -40,7 +42,6 @@ _PARENTS, _DONORS, _ALL_DONORS, _MORE = 12, 24, 72, 60
 samples; and of the results that are kept."""
 _SHARES = 0.5 * np.cumprod(np.full(100, 0.965))
 """The lengths of the steps of a descent."""
-_WITHOUT_SAMPLE = -1
 
 
 def _unit_twists() -> Reals:
@@ -51,6 +52,7 @@ def _unit_twists() -> Reals:
 
 _TWISTS = _unit_twists()
 _COMBINATIONS = np.array(list(combinations(range(_POOL), 3)))
+"""All triples of the pool, as rows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +107,7 @@ def triples(
         of = _around if style == 1 else _opposite
         found = np.concatenate([of(_outermost(surface, axis)) for axis in range(3)])
     found = _sorted(found)
-    found = found[(found[:, 0] != _WITHOUT_SAMPLE) & (found[:, 0] < found[:, 1]) & (found[:, 1] < found[:, 2])]
+    found = found[(found[:, 0] >= 0) & (found[:, 0] < found[:, 1]) & (found[:, 1] < found[:, 2])]
     count = len(surface.points)
     _, first = np.unique((found[:, 0] * count + found[:, 1]) * count + found[:, 2], return_index=True)
     found = found[np.sort(first)]
@@ -199,7 +201,7 @@ def _outermost(surface: Surface, axis: int) -> Integers:
     cells, squares = u * _HEIGHTS + v, x * x + y * y
     most = np.full(_ANGLES * _HEIGHTS, -1.0)
     np.maximum.at(most, cells, squares)
-    table = np.full(_ANGLES * _HEIGHTS, _WITHOUT_SAMPLE)
+    table = np.full(_ANGLES * _HEIGHTS, -1)  # no sample
     # Of several assignments to a cell the last one counts.
     outermost = np.flatnonzero(squares == most[cells])
     table[cells[outermost]] = outermost
