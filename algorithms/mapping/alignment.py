@@ -10,14 +10,13 @@ from generated import mapping as kernels
 from generated import pga2
 
 from ..arguments import Reals
+from ..precision import ROOT
 from .outlines import Outline
 
 _GATE = 3.0
 """Points farther than this multiple of the scale from all lines are left out."""
 _UNDETERMINED = 0.01
 """Share of the information along a direction, relative to the best one, below which it is degenerate."""
-_STILL = 1e-7
-"""Squared steps, in metres and radians, at which an alignment is complete."""
 _NO_TARGETS = np.zeros((0, 6)), np.zeros(0), np.zeros(0)
 """Points that are not moved back, the squared distances of their targets, and the rows of these."""
 
@@ -46,7 +45,7 @@ def aligned(a: Outline, b: Outline, motors: Reals, scales: list[float], stride: 
             # In the frame of `b`, the points of `a` move the other way.
             back = rows, *kernels.nearest(kernels.moved_points(pga2.motor_inverse(found.motors), a.points), b.targets)
         found = Aligned(*kernels.step_between(found.motors, moving, *near, rows, *back, scale, _GATE * scale))
-        if scale == scales[-1] and (found.sums[..., 2:] < _STILL).all():
+        if scale == scales[-1] and (found.sums[..., 2:] < ROOT).all():
             break
     return found
 

@@ -20,6 +20,7 @@ FARTHEST = 30.0
 _LONGEST_STEP = 60.0
 """Time stamps jump if they increase by more than this, in seconds."""
 _MOST_PROBLEMS = 20
+"""A limit on memory: the number of problems that are described; further ones are only counted."""
 _SEARCHED = 2000
 """A limit on memory: lines that are searched for odometry before the first scan is returned, and scans that wait for
 the next line of odometry."""

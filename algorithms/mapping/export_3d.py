@@ -11,8 +11,10 @@ from ..arguments import Reals
 from .map_3d import Map3D, Solid, SolidKind
 
 _RINGS, _SECTORS = 9, 18
+"""The circles of latitude, with both poles, and the meridians of drawn spheres."""
 _COLOURS = {SolidKind.PLANE: (160, 160, 170), SolidKind.SPHERE: (200, 90, 60)}
 _POINT, _LINE = (40, 110, 180), (30, 140, 60)
+"""The colours of points and of lines, in bytes of red, green and blue."""
 
 
 def write_ply(found: Map3D, path: str | Path) -> Path:

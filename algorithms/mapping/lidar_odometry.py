@@ -16,6 +16,7 @@ from ..cubes import thinned
 from ..evidence.triangles import from_triangle
 from .point_cells import PointCells
 from .status import MappingStatus
+from .surfaces import SETTLED
 
 IDENTITY = np.eye(8)[0]
 _FEWEST = 50
@@ -28,8 +29,6 @@ _LEARNT = 10
 """How many scans the errors of predictions are averaged over, and the times between scans are."""
 _STEPS = 40
 """A limit on work: the most steps of an alignment."""
-_SETTLED = 1e-4
-"""Steps of radians and metres at which an alignment is complete: far below the noise of readings."""
 _SHARE, _KNOWN = 0.75, 0.15
 """The least mean weight of points near known surfaces, and the least share of them, of a scan that agrees with them: in
 simulated streets it is 0.79 or more, and 0.65 or less if the surroundings are others."""
@@ -321,7 +320,7 @@ class LidarOdometry:
             off = np.asarray(motor_graphs.difference_of_motors(pose, predicted.motor)[0])
             change = -np.linalg.solve(matrix / variance + prior, project @ gradient / variance + prior @ off)
             pose = np.asarray(motor_graphs.moved_motor(pose, change))
-            if scale == least and np.abs(change).max() < _SETTLED:
+            if scale == least and np.abs(change).max() < SETTLED:
                 break
             scale = max(scale / 2, least)
         return _Descent(

@@ -28,7 +28,9 @@ _GAP, _GAP_OFFSET = 0.25, 0.05
 _FLOOR = np.array([np.radians(0.3) ** 2, 0.0, 0.015**2])
 """The covariance of angle and offset that poses and scanners add to each measured segment, as an upper triangle."""
 _CHUNK = 256
+"""A limit on memory: the number of lines that are compared with all earlier ones at a time."""
 _VERSION = 1
+"""The version of the format of files."""
 _DAMAGED = (
     *(ValueError, EOFError, LookupError, TypeError, AttributeError, RuntimeError, OverflowError, SyntaxError),
     *(struct.error, zipfile.BadZipFile, zlib.error),

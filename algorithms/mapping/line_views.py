@@ -24,6 +24,7 @@ _BEYOND = 0.4
 _STEEP = 0.35
 """The smallest sine of the angle between a segment and a beam that passes through it."""
 _FEWEST_CROSSINGS = 3
+"""Beams that have to pass through a piece of a segment before it counts as open: fewer may be errors."""
 _HOLE = 0.4
 """Gaps between readings shorter than this are not cut out, in metres."""
 _FAR = 15.0

@@ -37,7 +37,9 @@ _SCORE = 0.6
 _AGREED = 0.5, float(np.radians(3.0))
 """Two closures agree if what they correct differs by at most this."""
 _MOST_POINTS = 500
+"""A limit on work: about the number of points of a submap that are aligned."""
 _FEWEST_POINTS = 60
+"""Points that a submap needs to be compared with others."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -26,6 +26,7 @@ FEWEST = 10
 _COARSE, _FINE = [0.4, 0.25, 0.15], [0.15, 0.1, 0.07, 0.07]
 """Scales of residuals in metres: of the alignment of all hypotheses, and of the best one."""
 _HYPOTHESES = 6
+"""A limit on work: motions by votes that are aligned."""
 _SLIDES = np.arange(-12, 13) * 0.1
 """Metres by which the best hypothesis is moved along its least certain direction."""
 _SLIDE_SCALE, _SLIDE_POINTS, _SLID = 0.1, 45, 0.03
@@ -51,6 +52,7 @@ one where the other scan shows free space, see `sum_of_scores`."""
 _TURNED, _FAR = 0.12, 0.03
 """What a hypothesis loses for a half turn, and for a metre: of two that agree equally, the smaller motion is chosen."""
 _FARTHEST = 6.0
+"""Metres up to which hypotheses lose by the length of the motion."""
 _APART = 0.3, 0.1
 """Metres and radians from which on motions are different."""
 _LEAST_SUPPORT = 2.5

@@ -22,7 +22,9 @@ from .outline_evidence import follows_shape, is_bent, is_straight, scatter
 from .round_fitting import fit_round
 
 _FEWEST = 3
+"""Points that determine a circle."""
 _ROUNDS, _SAMPLES = 8, 60
+"""Limits on work: selections of inliers, and sets of three points from which circles are computed."""
 _FREEDOM = Freedom(3, 3, 1, 1, 1.0)
 """Points that are given to a fit are expected to be of one object, so that a single false alarm is accepted."""
 _ANYWHERE = np.random.default_rng(0).uniform(-1, 1, (500, 2))

@@ -15,7 +15,7 @@ from .segments import TOLERANCE
 
 BINS = 360
 """Bins of the histogram of directions over a full turn."""
-_MOST_POINTS = 190
+MOST_POINTS = 190
 """Scans with more points are thinned after their lines are found."""
 _FEWEST = 20
 """Narrow objects in front of others, such as people, are left out if at least this many readings remain."""
@@ -26,6 +26,7 @@ _BLUR = 2.0
 
 _bins = np.minimum(np.arange(BINS), BINS - np.arange(BINS))
 _KERNEL = np.fft.rfft(np.exp(-0.5 * (_bins / _BLUR) ** 2))
+"""The Fourier transform of the Gaussian with which histograms are smoothed."""
 
 
 class Outline(NamedTuple):
@@ -79,7 +80,7 @@ def outline_of(scan: Scan) -> Outline:
     points = still_points(scan)
     sums = kernels.prefix_sums(points)
     bounds = kernels.straight_bounds(points, sums, TOLERANCE)
-    stride = 1 + len(points) // _MOST_POINTS
+    stride = 1 + len(points) // MOST_POINTS
     surface, targets, lines, steps = kernels.outline_of_runs(points, sums, bounds, float(stride))
     if stride > 1:
         surface, targets = (np.ascontiguousarray(each[::stride]) for each in (surface, targets))

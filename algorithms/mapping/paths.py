@@ -14,7 +14,6 @@ from generated import navigation as kernels
 from ..arguments import Reals, real_array
 from .navigation_status import PathStatus
 
-_FAR = 1e29
 _LARGEST_TURN = np.pi - 1e-3
 """rad; no arc touches both lines of a path that turns back."""
 
@@ -177,7 +176,7 @@ class PlanarPath:
         piece = np.maximum(np.searchsorted(self.positions, place, side="right") - 1, 0)
         return np.asarray(self.curvatures[piece])
 
-    def locate(self, points: ArrayLike, low: float = -_FAR, high: float = _FAR) -> Located:
+    def locate(self, points: ArrayLike, low: float = -1e29, high: float = 1e29) -> Located:
         """Return the nearest points of the path, at positions from `low` to `high`, to points (..., 2)."""
         places = real_array(points, "points", (2,), "points").astype(float)
         angles, shifts = (np.asarray(x) for x in pga2.motor_to_angle_translation(self.starts))

@@ -16,6 +16,7 @@ from .motions import relative
 from .scan import Scan
 
 _MOST_POINTS = 200_000
+"""A limit on work: the number of drawn points."""
 
 
 def draw_map(

@@ -26,6 +26,7 @@ from .paths import PlanarPath
 _ROBOT = 0.25 * np.array([[1.2, 0.0], [-0.8, 0.7], [-0.4, 0.0], [-0.8, -0.7], [1.2, 0.0]])
 """The outline of a robot that looks along x, in metres."""
 _SAMPLES = 400
+"""A limit on work: the number of points of a drawn path."""
 
 
 def draw_run(

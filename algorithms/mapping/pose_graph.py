@@ -20,10 +20,8 @@ from ..evidence import Noise, Status, gate_of, is_lost
 from ..evidence.descent import Descent, descended
 from ..evidence.normal_equations import NormalEquations, Parts, blocks_of_inverse
 from ..evidence.sampling import without_copies
-from ..precision import NEGLIGIBLE
+from ..precision import NEGLIGIBLE, ROUNDING
 
-_LEAST = 1e-12
-"""From floating point: the increment of the diagonal, with which it is never 0."""
 _ROUNDS = 20
 """A limit on work: how often robust edges that agree are added; each round takes half of them."""
 
@@ -338,7 +336,7 @@ class _Rows:
         self, misfits: Reals, by_a: Reals, by_b: Reals, information: Reals, damping: float, reused: bool
     ) -> Reals | None:
         """Return the damped Gauss-Newton step (n, 3), or None if the equations are singular."""
-        found = self._equations.step(_parts(misfits, by_a, by_b, information), damping, reused, _LEAST)
+        found = self._equations.step(_parts(misfits, by_a, by_b, information), damping, reused, ROUNDING)
         if found is None:
             return None
         change = np.zeros(len(self._free))
@@ -351,7 +349,7 @@ class _Rows:
         found[wanted == 0] = 0
         inside = np.flatnonzero(self._position[wanted, 0] >= 0)
         if len(inside):
-            factor = self._equations.factor(_parts(by_a[:, :, 0], by_a, by_b, information), least=_LEAST)
+            factor = self._equations.factor(_parts(by_a[:, :, 0], by_a, by_b, information), least=ROUNDING)
             places = self._position[wanted[inside]]
             found[inside] = np.inf if factor is None else blocks_of_inverse(factor, places, self._equations.n)
         return np.asarray(found)
@@ -361,7 +359,7 @@ class _Rows:
         found, n = np.zeros((len(edges), 3, 3)), self._equations.n
         if not n:
             return found
-        factor = self._equations.factor(_parts(by_a[:, :, 0], by_a, by_b, information), least=_LEAST)
+        factor = self._equations.factor(_parts(by_a[:, :, 0], by_a, by_b, information), least=ROUNDING)
         if factor is None:
             return np.full(found.shape, np.inf)
         for k, pair in enumerate(edges.tolist()):

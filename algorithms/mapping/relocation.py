@@ -15,18 +15,21 @@ from .alignment import covariance_of
 from .cells import FAR, NEAR, Lines, MapCells, cells_of
 from .matching import FEWEST, LEAST_SCORE, NOISE
 from .motions import are_near
-from .outlines import still_points
+from .outlines import MOST_POINTS, still_points
 from .scan import Scan
 from .segments import Segments, segments
 from .status import MappingStatus
 
 _BINS = 180
+"""Bins of the histogram of rotations: of two degrees."""
 _ROTATION_SHARE, _ROTATION_GAP = 0.04, 3
 """The least votes of peaks of rotations, as a share of the most, and their distance in bins."""
 _PARALLEL = np.cos(np.radians(6.0))
+"""The least cosine of the angle between a line of the scan and one of the map that may be the same."""
 _LINES, _CROSSING = 5, 4
 """The longest lines of the scan vote for translations, and of those that cross the longest one, these."""
 _CROSSES = np.cos(np.radians(20.0))
+"""The largest cosine of the angle between lines that cross each other, which is at least 70 degrees."""
 _SHORTEST = 0.4
 """Metres of the shortest line of a map that is voted for."""
 _SLACK = 0.5
@@ -34,12 +37,16 @@ _SLACK = 0.5
 _MOST_VOTES = 400_000
 """Meets of lines for one rotation; of more, only those of fewer lines of the scan are computed."""
 _CELL = 0.4
+"""The size of the cells in which translations are counted, in metres."""
 _MOST_STEPS = 200
 """Steps along a constraint that votes alone."""
 _CANDIDATES, _REFINED = 250, 40
-_POINTS, _MOST_POINTS = 60, 190
+"""Limits on work: the places with the most votes, and those with the best scores, which are aligned."""
+_POINTS = 60
+"""A limit on work: about the number of points of a scan that are aligned."""
 _SCALES = [0.4, 0.3, 0.2, 0.15, 0.1, 0.07]
 _SCALE = 0.1
+"""The scale of distances of scores, in metres."""
 _LEAST_SUPPORT = 3.0
 """Readings, of those that are aligned, that have to determine each direction."""
 _MARGIN = 0.06
@@ -140,7 +147,7 @@ def aligned_places(motors: Reals, points: Reals, cells: MapCells) -> tuple[Reals
 
 def scores_of(motors: Reals, points: Reals, cells: MapCells) -> Reals:
     """Return the share of points near lines of a map, less those that would be seen through lines."""
-    return _scores(motors, points[:: 1 + len(points) // _MOST_POINTS], cells, _SCALE)
+    return _scores(motors, points[:: 1 + len(points) // MOST_POINTS], cells, _SCALE)
 
 
 def nowhere(status: MappingStatus) -> Relocation:

@@ -6,11 +6,10 @@ from collections.abc import Callable
 from typing import Any
 
 from ..arguments import Reals
-from ..precision import CONVERGED
+from ..precision import CONVERGED, NEGLIGIBLE
 
-_DAMPING = 1e-9
-"""From floating point: the increment of the diagonal relative to its mean, which prevents a division by 0."""
 _STEPS = 40
+"""A limit on work: the number of steps of a fit."""
 
 
 def fit_round(
@@ -31,7 +30,7 @@ def fit_round(
     """
     vector = start
     for _ in range(_STEPS):
-        vector, cost, less = step(points, spreads, vector, float(curved), _DAMPING)
+        vector, cost, less = step(points, spreads, vector, float(curved), NEGLIGIBLE)
         if abs(float(less)) <= CONVERGED * (float(cost) + 1):
             return vector, True
     return vector, False

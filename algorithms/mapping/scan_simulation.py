@@ -19,6 +19,7 @@ from .scan import Scan
 NO_WALL, PERSON, OUTLIER = -1, -2, -3
 """What a beam met instead of a wall."""
 _RADIUS, _CLEARANCE = 0.2, 0.5
+"""The radius of people, and their distance and that of robots from walls ahead, in metres."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,8 +27,10 @@ _SIGMA = 0.03
 """The standard deviation of readings, with the roughness of walls."""
 _INDEPENDENT = 0.3
 """The share of readings that count as independent."""
-_SETTLED = 1e-4
+SETTLED = 1e-4
+"""Steps of radians and metres at which an alignment is complete: far below the noise of readings."""
 _WINDOW = 2
+"""Readings on each side of a reading, with which its normal is computed."""
 INLIER = 0.1
 """The distance up to which a reading agrees with a map."""
 _NEAR = 0.6
@@ -164,7 +166,7 @@ def align(
             right = right + prior_information @ np.array([angle, *shift])
         change = -np.linalg.solve(total, right)
         motor = pga2.motor_product(motor, pga2.motor_from_angle_translation(change[0], change[1:]))
-        if count + first > _FINAL and np.abs(change).max() < _SETTLED:
+        if count + first > _FINAL and np.abs(change).max() < SETTLED:
             break
     motor = np.asarray(pga2.normalize_motor(motor))
     return Alignment(motor, matrix, *_quality(reference, seen, motor), count)

@@ -11,6 +11,7 @@ from ..arguments import Reals
 from .outlines import BINS, Outline
 
 _MOST_ROTATIONS = 8
+"""A limit on work: the number of rotations for which translations are voted."""
 _ROTATION_SHARE, _ROTATION_GAP = 0.4, 5
 """Peaks of rotations have at least this share of the votes of the largest one, and distance in bins."""
 _CELLS, _CELL = 64, 0.2
@@ -22,6 +23,8 @@ _BEFORE, _AFTER = np.arange(-1, _LAST) & _LAST, np.arange(1, _CELLS + 1) & _LAST
 _LARGEST = 1e15
 """From floating point: larger numbers of cells are no integers."""
 _TRANSLATION_SHARE, _MOST_MOTIONS = 0.6, 40
+"""Peaks of translations have more than this share of the votes of the largest one. A limit on work: the number of
+motions."""
 
 
 def rotation_votes(a: Outline, b: Outline) -> Reals:
