@@ -15,6 +15,7 @@ from ..arguments import Reals, real_array
 from .voting import VoteField, Votes
 
 _ROUNDS = 6
+"""A limit on work: the number of steps, which are at most one distance of samples long."""
 _SETTLED = 0.5
 """The longest last step of a place that has been reached, in units of the distance of samples."""
 

@@ -18,7 +18,9 @@ from .rigid_status import RegistrationStatus
 FEWEST = 20
 """Different points that a cloud needs."""
 _NEIGHBOURS, _NORMAL_NEIGHBOURS = 6, 12
+"""Neighbours to the farthest of which the spacing is measured, and points to which planes are fitted for normals."""
 _MOST_WEIGHT = 3.0
+"""The largest weight of a point: denser ones would dominate."""
 _UNEVEN = (0.3, 0.95)
 """Quantiles of distances of neighbours whose ratio is large among outliers."""
 _STRAY, _MOST_NEAR = 10.0, 0.9
@@ -32,6 +34,8 @@ cloud may have this factor more, so that noise and missing parts do not decide."
 _PRIOR = 0.05
 """Spread, as part of the whole, that is added in the directions orthogonal to a prior."""
 _VOXEL_TRIES = 4
+"""A limit on work: how often the edge of voxels is corrected until the number of points is within a fifth of
+the required one."""
 _HASH = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
 """Odd factors of the bits of coordinates."""
 

@@ -15,6 +15,8 @@ from .vote_status import DeformStatus
 _NODES = 6000
 """Points of the source that carry displacements; those of larger clouds are interpolated."""
 _NEIGHBOURS, _CANDIDATES, _INTERPOLATED = 8, 60, 4
+"""Neighbours whose displacements are similar; the most possible partners of a target; and nodes between which
+displacements are interpolated."""
 _START, _END, _FACTOR = 2.0, 0.14, 0.92
 """First and last radius of correspondences in units of the spacing, and the factor from step to step."""
 _SOFTEST = 0.02

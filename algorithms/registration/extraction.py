@@ -18,6 +18,7 @@ from .vote_status import CurveStatus
 from .voting import VoteField
 
 _MOST_NODES = 4_000_000
+"""A limit on memory: the largest number of nodes of a grid."""
 _CURVATURE = 0.1
 """Weight of squared curvatures. With a large one, a straight continuation is preferred, and circles are too large."""
 _SCALES = (1.0, 1.5, 2.25, 3.4)

@@ -31,11 +31,13 @@ _TANGENT = 10
 _AREA, _ROUNDS = 0.1, 2
 """The ratio of extents of neighbours from which on they are an area, and corrections of its edge."""
 _FEWEST = 8
+"""Points of an outline: with fewer, all points count as it."""
 _OUTLINE = 0.8
 """Factor of the share of the outline in the support."""
 _SCALE = 0.4
 """The scale of distances in spacings of an area, whose outline is not better known."""
 _LEAST_SUPPORT, _LEAST_GAIN = 0.57, 0.15
+"""Least support of a pose, and by how much it has to exceed the support of poses beside it."""
 _WORSE = 2.0
 """Distances of smoothed surfaces, in multiples of those of the best pose, from which on a pose fits worse."""
 _SMOOTHED, _EVEN = 12, 1e-4

@@ -14,19 +14,22 @@ from ..arguments import Reals
 from .clouds import Cloud
 from .weighted_matches import form_about_means
 
-_ROTATIONS = 1000
 _CELLS, _EXTENT = 24, 5.0
 """Cells of the grid of densities along an axis, and its size as a multiple of the size of a cloud."""
 _BATCH, _PEAKS, _KEPT = 50, 2, 150
+"""Limits on work: rotations that are correlated at once, maxima of the correlation with each, and motions that are
+returned."""
 _SHARE = 2 / 3
 """Share of the points, those in the densest places, that are correlated."""
 _POINTS, _TABLE = 200, 40
+"""Limits on work: points that are compared with the target, and cells along the longest side of the table of
+nearest points."""
 _SCALES = np.geomspace(0.3, 0.05, 12)
 """Distances, relative to the size, at which neighbours lose three quarters of their weight."""
 
 
 @cache
-def rotation_grid(count: int = _ROTATIONS) -> Reals:
+def rotation_grid(count: int = 1000) -> Reals:
     """Return rotors (count, 4) spread evenly over all rotations (Alexa, *Super-Fibonacci spirals*, CVPR 2022)."""
     along = np.arange(count) + 0.5
     inner, outer = np.sqrt(along / count), np.sqrt(1 - along / count)

@@ -19,6 +19,7 @@ _SHARE = 0.05
 _AROUND = (1.0, 2.0)
 """Distances, in units of sigma, at which the saliency around a junction is taken."""
 _DIRECTIONS = 64
+"""A limit on work: places at each distance around a junction."""
 
 
 @dataclass(frozen=True, eq=False)

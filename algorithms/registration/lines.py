@@ -24,6 +24,7 @@ _LEAST_BLUR = 0.01
 _NOISE = 0.3
 """Mean loss of support by the noise of two smoothed uniform densities, times the root of the points of a blur."""
 _LEAST_SUPPORT = 0.5
+"""Least support of a pose."""
 _ALIKE = 3.0
 """Standard errors by which the supports of two poses may differ."""
 _PEAK = 2.0

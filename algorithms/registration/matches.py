@@ -24,22 +24,23 @@ from .rigid_status import RegistrationStatus
 from .weighted_matches import form_about_means
 
 _FEWEST = 4
+"""Matches that a motion needs: three determine it, and a fourth one can contradict it."""
 _SEEDS, _BEST = 300, 12
 """Matches whose pairs with all others are compared, and those from which motions are computed."""
 _TOLERANCES = (0.001, 0.004, 0.015, 0.05)
 """Differences of lengths, relative to the size of the target, up to which a pair may be of one rigid motion."""
-_REPEATS = 4
 _FREEDOM = Freedom(sample_size=3, parameters=6, codimension=3, solutions=1, false_alarms=1e-4)
 _ROOM = 15.0
 """Volume by the product of standard deviations in which wrong matches are assumed to be."""
 _CERTAIN = -30.0
+"""A limit on work: the decimal logarithm of the chance of agreement below which no wider tolerance is tried."""
 _OWN = 4.0
 """Distance in residuals up to which matches are of a motion already found."""
 _PARTS, _NARROWED = (1.0, 0.5, 0.25, 0.1), 4
 """Limits on work: differences of lengths, in residuals of a motion, at which narrower ones are sought among its
 inliers, and how often."""
-_ATTEMPTS = 3
-"""A limit on work: attempts for each motion; those that find the tail of another motion count."""
+_REPEATS, _ATTEMPTS = 4, 3
+"""Limits on work: selections of inliers, and attempts for each motion: those that find the tail of another count."""
 _ROUNDING = 32 * np.finfo(float).eps
 """From floating point: the error of a moved point, relative to the largest coordinate, in some thirty operations."""
 _MOTIONS = RegistrationStatus.OK, RegistrationStatus.DEFORMED

@@ -15,7 +15,7 @@ from generated import registration as kernels
 from ..arguments import Reals, finite, finite_number, moderate, real_array
 from ..elements import MOTOR, POINT, Coefficients, elements
 from ..evidence.triangles import from_triangle
-from ..precision import NEGLIGIBLE
+from ..precision import NEGLIGIBLE, ROUNDING
 from .clouds import Cloud, cloud_of, normals_of
 
 _ACROSS = 0.02
@@ -24,7 +24,6 @@ _FEWEST = 6
 """Neighbours that a step needs."""
 _MEASURED = {"planes": 1, "lines": 2, "points": 3}
 """Coordinates of a point that a neighbour determines."""
-_SINGULAR = 1e12
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,7 +236,7 @@ def refine(
     (sums,) = found.sums
     freedom = _MEASURED[to] * sums.weight - 6
     covariance = np.diag(np.full(6, np.inf))
-    if freedom > 0 and np.linalg.cond(sums.information) < _SINGULAR:
+    if freedom > 0 and np.linalg.cond(sums.information) < 1 / ROUNDING:
         covariance = sums.squares / freedom * np.linalg.inv(sums.information)
     residual = float(np.sqrt(sums.squares / sums.weight)) if sums.weight else np.inf
     return Refinement(found.motor, np.isfinite(sums.distances), covariance, residual)

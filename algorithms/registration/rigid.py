@@ -23,6 +23,7 @@ from .rigid_status import RegistrationStatus
 _SEARCH, _FINISH = 2200, 11000
 """Points to which larger clouds are thinned, for the search and for the last refinement."""
 _HYPOTHESES = 20
+"""A limit on work: the number of motions of the search that are refined."""
 _SCALES = 1.0, 1 / 2, 1 / 4, 1 / 8
 """Multiples of the scale of distances at which poses are compared."""
 _UNEVEN = 1.05
@@ -34,6 +35,7 @@ _HOPELESS = 0.7
 _EXACT = 0.5
 """Least score of clouds that contain the same points, without outliers."""
 _MOST_RATIO = 3.0
+"""Ratio of the sizes of clouds from which on they are taken for measured in different units."""
 _THICK, _PLATE = 0.05, 0.3
 """Ratios of the third to the second extent: above the first one, flat clouds without support are registered as solid
 ones; below the second one, solid clouds with several poses are registered as flat ones."""

@@ -22,6 +22,7 @@ REACH = 3.0
 CELLS = 1024
 """Of the tables of balls, in equal steps of the distance."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
+"""Places and weights of Gauss and Legendre's rule: a limit on work, 48 points for each integral."""
 _GONE = 6.5
 """The root of the exponent at which the decay by curvature has vanished."""
 ROWS, COLUMNS = 192, 64
