@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from ..arguments import Reals
 from .images import checked_image, checked_spacing
 
-_SMOOTHING = 10
 _INWARDS, _OUTWARDS = 0.6, -0.64
+"""Parts of the way to the mean of neighbours, alternately (Taubin). The sum of their reciprocals, 0.10, is the
+frequency that passes."""
 
 
 class Mesh(NamedTuple):
@@ -23,11 +24,11 @@ class Mesh(NamedTuple):
     faces: NDArray[np.intp]
 
 
-def boundary_mesh(mask: ArrayLike, spacing: ArrayLike = (1, 1, 1), steps: int = _SMOOTHING) -> Mesh:
+def boundary_mesh(mask: ArrayLike, spacing: ArrayLike = (1, 1, 1), steps: int = 10) -> Mesh:
     """Construct the boundary of a mask as a closed mesh of quadrilaterals.
 
-    Faces separate voxels inside from voxels outside. Vertices move to the mean of their neighbours, but remain within
-    half a voxel of the corners of voxels along each axis.
+    Faces separate voxels inside from voxels outside. Vertices move to the mean of their neighbours and back a
+    number of times (`steps`), but remain within half a voxel of the corners of voxels along each axis.
 
     Raises
     ------

@@ -17,6 +17,7 @@ from .level_lines import level_line
 _SPREAD = 0.06
 """The standard deviation of the chromaticity about a single given colour, as a tangent."""
 _LEAST_SPREAD, _FEWEST_SAMPLES = 0.012, 8
+"""The least standard deviation of chromaticities, and the number of colours from which on it is computed."""
 _LIMIT = 13.8
 """The square of the distance in standard deviations that one pixel in a thousand of the object exceeds."""
 _DARK, _BRIGHT = 0.12, 2.5
@@ -26,8 +27,9 @@ _INSIDE, _OUTSIDE = 3, 4
 _SHADING = 0.15
 """The standard deviation of the brightness at the boundary relative to that of pixels inside."""
 _SMOOTH = 0.7
-"""The standard deviation in pixels with which the covered part is smoothed, and with which colours are averaged."""
+"""The standard deviation in pixels with which the covered part is smoothed."""
 _AVERAGE = 1.5
+"""The standard deviation in pixels with which colours are averaged."""
 _COMPARABLE = 0.25
 """Other objects of at least this part of the size of the largest are counted."""
 _BORDER = 2.5

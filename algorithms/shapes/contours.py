@@ -19,6 +19,7 @@ from .level_lines import level_line
 from .objects_of_images import Object, object_of
 
 _FEWEST = 8
+"""Nodes of the first stage, and samples of a contour: fewer do not show its shape."""
 _NEAR = 8
 """From a probability: of m samples in a random order, each is followed by one of so many neighbours with 8 / m."""
 _RATE, _ADAPTATIONS = 0.5, 6
@@ -27,7 +28,6 @@ _MEAN, _MOST = 0.7, 3.0
 """Distances in pixels within which a contour agrees with the boundary."""
 _MEAN_SHIFT = 3 * _MEAN
 """The same for changes of the level. They are larger than its error, which is about a third of them."""
-_CERTAIN = Stability(0.0, 0.0, 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +187,9 @@ def adapted(shape: Contour, samples: Reals) -> Contour:
     at = _in_order(at, len(samples))
     # The samples begin at the first node, wherever they began before: distances from chords need indices in order.
     samples, at = np.roll(samples, -at[0], 0), (at - at[0]) % len(samples)
-    return _result(samples, at, samples[at], shape.motors, shape.curve, shape.n_components, False, _CERTAIN)
+    return _result(
+        samples, at, samples[at], shape.motors, shape.curve, shape.n_components, False, Stability(0.0, 0.0, 1)
+    )
 
 
 def _check_order(samples: Reals) -> None:

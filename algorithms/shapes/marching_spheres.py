@@ -25,6 +25,7 @@ _SINGLE = (-0.25,)
 _OUTSIDE = 12
 """Voxels of the object that must be added for each voxel outside."""
 _ROUNDS = 20
+"""A limit on work: each round may leave half of the voxels of a cell that the previous one has left."""
 _LISTED = 3 / 4
 """From counting: a boundary voxel has three numbers and a ball has four, so that with more balls per boundary voxel
 a list of these voxels is shorter than the model."""

@@ -24,7 +24,6 @@ _RIDGE = 0.1
 """Edges of a voxel by which the distance at a candidate may be less than that of its neighbours."""
 _STEPS = (0.5, 0.35, 0.5, 0.25)
 """Edges of voxels by which a refinement changes centres and radii."""
-_MOST_BALLS = 20_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,7 +185,7 @@ class _Refinement:
 
 
 def fit_balls(
-    mask: ArrayLike, overlap: float = 0.95, spacing: ArrayLike = (1, 1, 1), *, most: int = _MOST_BALLS
+    mask: ArrayLike, overlap: float = 0.95, spacing: ArrayLike = (1, 1, 1), *, most: int = 20_000
 ) -> BallModel:
     """Model an object by few balls, and report the overlap that they reach.
 

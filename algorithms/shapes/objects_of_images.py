@@ -12,6 +12,7 @@ from ..arguments import Reals
 from .images import Mask
 
 _BINS = 128
+"""A limit on work: the number of levels of brightness that are compared."""
 _LEAST = 2
 """Pixels of the smallest object."""
 

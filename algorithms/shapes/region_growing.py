@@ -17,6 +17,7 @@ _STEPS = 10
 _EDGE = 3.0
 """Differences of neighbours that count as an edge, in standard deviations of the noise."""
 _CLIP = 40.0
+"""Densities are clipped at this distance from that of the seeds, in standard deviations of the noise."""
 _WIDTH = 3.0
 """Half the width of the interval of accepted densities, in standard deviations of the smoothed region."""
 _GROWTH, _SETTLED = 1.25, 0.02
@@ -27,6 +28,7 @@ _LEAK = 1.2
 _NECK = 0.3
 """Radius of the necks that are cut, as a fraction of the depth of the region around the seed."""
 _ROUNDS = 6
+"""A limit on work: how often the interval and the region are computed in turn."""
 _MOST_GROWN = 3.0
 """Ratio of volumes up to which a region is extended towards its surroundings."""
 _SIDES, _EDGE_WIDTH, _TAIL = 5, 3, 4.0

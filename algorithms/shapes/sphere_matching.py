@@ -22,13 +22,13 @@ _START, _SEARCHED, _END, _COOLING = 0.1, 0.03, 0.0006, 0.82
 """Temperatures, in squares of the size of the models, at the start, for poses that were searched, and at the end, and
 the factor of each step."""
 _BALANCING = 12
+"""A limit on work: how often rows and columns of assignments are normalised in turn."""
 _STIFFNESS = 200.0
 """Stiffness of splines, in units of the temperature."""
 _RADII = 2.0
 """Weight of the squared difference of radii."""
 _AFFINE_UNTIL = 0.02
 """Temperature above which splines are replaced by affine maps, which cannot fold."""
-_MATCHED = 0.5
 _DIRECTIONS = 80
 """Points on each sphere for the comparison of surfaces."""
 _SURFACE_STEPS = (3.0, 3.0, 1.0, 1.0, 0.3)
@@ -209,7 +209,7 @@ def _matches(moved: Reals, second: Reals) -> tuple[NDArray[np.int64], float]:
     assigned, _, _ = _assigned(moved, second, _END)
     column = assigned.argmax(1)
     rows = np.arange(len(moved))
-    mutual = (assigned[rows, column] > _MATCHED) & (assigned.argmax(0)[column] == rows)
+    mutual = (assigned[rows, column] > 1 / 2) & (assigned.argmax(0)[column] == rows)
     match = np.column_stack([rows[mutual], column[mutual]]).astype(np.int64)
     off = moved[match[:, 0], :3] - second[match[:, 1], :3]
     return match, float(np.sqrt(np.square(off).sum(1).mean())) if len(match) else np.nan
@@ -221,7 +221,7 @@ def _matches(moved: Reals, second: Reals) -> tuple[NDArray[np.int64], float]:
 def _solid(balls: Reals) -> bool:
     """Return whether most balls overlap another one."""
     distances, other = scipy.spatial.cKDTree(balls[:, :3]).query(balls[:, :3], k=2)
-    return bool(np.mean(distances[:, 1] < balls[:, 3] + balls[other[:, 1], 3]) > _MATCHED)
+    return bool(np.mean(distances[:, 1] < balls[:, 3] + balls[other[:, 1], 3]) > 1 / 2)
 
 
 def surface_points(balls: Reals, count: int = _DIRECTIONS) -> tuple[Reals, Reals]:

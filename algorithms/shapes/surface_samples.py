@@ -14,6 +14,7 @@ from ..arguments import Reals
 from .boundary_meshes import boundary_mesh
 
 _NEIGHBOURS = 12
+"""Nearest samples to which a plane is fitted."""
 _SPARSE, _DENSE, _FLAT = 1.7, 0.4, 0.1
 """Reach of the neighbours of an outlier, in the quantile of all; ratio of variances of neighbours that are flat."""
 _ALONE, _OFF = 2.5, 1.1
@@ -21,6 +22,7 @@ _ALONE, _OFF = 2.5, 1.1
 _PART = 0.01
 """Part of the points in the smallest component."""
 _ROUNDS = 8
+"""A limit on work: how often outliers are removed."""
 
 
 class Samples(NamedTuple):

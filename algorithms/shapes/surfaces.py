@@ -21,10 +21,13 @@ from .surface_status import SurfaceStatus
 from .triangulation import closed_triangles, components_and_genus, faults
 
 _START, _GROWTH = 64, 1.6
+"""Nodes of the first level, and the ratio of the numbers of nodes of successive levels."""
 _LEVELS, _FULL = 16, 0.97
 """The most levels of growth, and the part of the most nodes at which it ends."""
 _LLOYD = 4
+"""A limit on work: moves of nodes to the means of their cells in each level."""
 _LEAST_SAMPLES = 100
+"""Samples that a surface needs: more than the nodes of the first level."""
 _MEAN, _LARGEST = 0.003, 0.02
 """Limits of the distances, in diagonals of the bounding box."""
 

@@ -11,7 +11,9 @@ from .surface_samples import Samples
 
 Triangles = NDArray[np.intp]
 _VOTES = 6
+"""The number of samples whose normals decide whether a point is inside."""
 _REPAIRS = 30
+"""A limit on work: how often small parts on the wrong side of the surface are moved to the other one."""
 _FACETS = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 """Facets opposite to each corner of a tetrahedron, counter-clockwise from outside if its volume is positive."""
 
