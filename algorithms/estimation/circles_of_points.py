@@ -25,8 +25,6 @@ _ROUND = 0.3
 """Tracks are not circles if their residual exceeds this part of the radii."""
 _LEAST_CHANGE, _ROUNDING_OF_COST, _DAMPING = 1e-8, 1e-28, 1e-10
 """Parameters of `generated.body_eye.refined_axes`."""
-_FREE = np.ones(6)
-"""All six parameters of an axis are refined."""
 
 
 class BodyEyeStatus(Status):
@@ -231,7 +229,7 @@ def refined(parts: list[Tracks], lines: Reals, start: Reals, refine: bool = True
         circle = np.concatenate([part.circle + shift for part, shift in zip(parts, shifts, strict=False)])
         each_line = np.repeat(lines, [len(part.used) for part in parts], 0)
     # Without refinement, the steps still give the residual.
-    free = _FREE if refine else np.zeros(6)
+    free = np.ones(6) if refine else np.zeros(6)
     motor, sums, radii, _, converged = kernels.refined_axes(
         joined, information, circle, each_line, start, free, _LEAST_CHANGE, _ROUNDING_OF_COST, _DAMPING
     )

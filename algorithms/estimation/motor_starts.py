@@ -12,8 +12,9 @@ from generated import pga3
 
 from ..arguments import Reals
 from ..evidence import all_or_some_sets
-from ..evidence.gates import OPEN, WIDE
+from ..evidence.gates import WIDE
 from ..motors.recovery import motor_from_objects
+from ..precision import HUGE
 from .motor_objects import Kind
 
 _ANGLES = 0.5, -0.5, 1.0, -1.0, 1.5, -1.5
@@ -99,7 +100,7 @@ class Update:
         before = used
         for _ in range(_ROUNDS):
             used = good
-            if self.gate < OPEN and np.isfinite(found[0]).all():
+            if self.gate < HUGE and np.isfinite(found[0]).all():
                 used = good & (self.kind.squares(found[0], self.model, self.seen, self.variances) <= self.gate)
             if not used.any() or (before is not None and np.array_equal(used, before)):
                 break
@@ -111,7 +112,7 @@ class Update:
     def _of(self, used: Reals, start: Reals) -> tuple[Reals, Reals, Reals]:
         """Return the update by some of the objects, without a gate."""
         found: tuple[Reals, Reals, Reals] = self.kind.update(
-            self.motor, self.triangle, self.model[used], self.seen[used], self.variances, OPEN, start
+            self.motor, self.triangle, self.model[used], self.seen[used], self.variances, HUGE, start
         )
         return found
 
@@ -121,7 +122,7 @@ class Update:
         rows, size = np.flatnonzero(good), self.kind.sample_size
         if len(rows):
             yield self._solved(rows)
-        if self.gate < OPEN and len(rows) > size:
+        if self.gate < HUGE and len(rows) > size:
             for some in all_or_some_sets(len(rows), size, _SAMPLES):
                 yield self._solved(rows[some])
         values, vectors = np.linalg.eigh(covariance[:3, :3])

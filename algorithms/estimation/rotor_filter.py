@@ -12,8 +12,9 @@ from generated import vga3
 
 from ..arguments import Reals, finite, finite_number, real_array
 from ..elements import ROTOR, Coefficients, plain, restorer
-from ..evidence.gates import FEWEST, OPEN, SETTLED, UNLIKELY, WIDE, Record, checked_gate, gate_of, is_lost
+from ..evidence.gates import FEWEST, SETTLED, UNLIKELY, WIDE, Record, checked_gate, gate_of, is_lost
 from ..evidence.triangles import from_triangle, to_triangle
+from ..precision import HUGE
 from .matrices import as_definite
 from .rotor_starts import Beginning
 from .status import EstimationStatus
@@ -125,7 +126,7 @@ class RotorFilter:
         first = first.with_vectors(one, two, sigma)
         fit = first.best(self._gate)
         unlikely = _is_unlikely(fit.square, fit.used)
-        if unlikely and (self._contradicted or self._gate == OPEN):
+        if unlikely and (self._contradicted or self._gate == HUGE):
             # The prediction is given up if most vectors agree on another rotor.
             again = replace(first, covariance=np.pi**2 * np.eye(3))
             other = again.best(self._gate)

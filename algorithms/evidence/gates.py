@@ -10,6 +10,7 @@ from math import log, sqrt
 
 import numpy as np
 
+from ..precision import HUGE
 from .noise import largest_ratio
 from .status import WRONG
 
@@ -26,15 +27,13 @@ LATELY = 20
 """A limit on memory: of more measurements than these, only the last ones say whether a filter is lost."""
 _CONTRADICTED = -log(WRONG)
 """From a probability: the odds of a `Record` exceed this for right noise at a given time with that of `WRONG`."""
-OPEN = 1e300
-"""From floating point: a gate that everything passes."""
 
 _HALF_LOG_2 = log(2) / 2
 """From a probability: what a variance of twice the size costs in the logarithm of the likelihood of a number."""
 
 
 def checked_gate(gate: float) -> float:
-    """Return the value of a gate, at most `OPEN`.
+    """Return the value of a gate, at most `precision.HUGE`, with which everything passes.
 
     Raises
     ------
@@ -47,7 +46,7 @@ def checked_gate(gate: float) -> float:
         raise TypeError(f"gate: {gate!r}; expected a number")
     if not gate > 0:
         raise ValueError(f"gate: {gate}; expected a positive number, or infinity")
-    return min(float(gate), OPEN)
+    return min(float(gate), HUGE)
 
 
 def gate_of(n_numbers: int, probability: float = WRONG) -> float:

@@ -13,8 +13,8 @@ from algorithms.estimation import EstimationStatus, LinearMotorFilter, MotorFilt
 from algorithms.estimation.motor_filter import Model
 from algorithms.estimation.motor_objects import POINTS
 from algorithms.estimation.motor_starts import Update
-from algorithms.evidence.gates import OPEN
 from algorithms.evidence.triangles import to_triangle
+from algorithms.precision import HUGE
 from generated import motor_filters, pga3
 from tests.support.selection import some_slow
 
@@ -394,7 +394,7 @@ def test_starts_along_axes_are_errors_of_known_size(rng: np.random.Generator) ->
     factor = np.diag([0.5, 0.9, 1.5, 1, 2, 3]) @ np.linalg.qr(rng.normal(size=(6, 6)))[0]
     covariance, now = factor @ factor.T, motor(rng)
     nothing = np.zeros((0, 3))
-    update = Update(POINTS, now, to_triangle(covariance), nothing, nothing, np.ones(2), OPEN)
+    update = Update(POINTS, now, to_triangle(covariance), nothing, nothing, np.ones(2), HUGE)
     starts = np.array(list(update._starts(now, covariance, np.zeros(0, bool))))
     errors = 2 * pga3.motor_logarithm(pga3.motor_product(starts, pga3.motor_inverse(now)))
     squares = np.einsum("ij,ij->i", errors, np.linalg.solve(covariance, errors.T).T)

@@ -11,7 +11,7 @@ from scipy.stats import chi2
 from algorithms.arguments import Reals
 from algorithms.estimation import EstimationStatus, LinearRotorFilter, RotorFilter
 from algorithms.estimation.rotor_starts import Beginning
-from algorithms.evidence.gates import OPEN
+from algorithms.precision import HUGE
 from generated import vga3
 from tests.support.selection import some_slow
 
@@ -99,7 +99,7 @@ def test_a_beginning_has_the_covariance_of_its_vectors(rng: np.random.Generator)
     turn = Rotation.from_rotvec([2.0, -1.0, 0.5])
     vectors, deviations = rng.normal(size=(6, 3)), np.array([0.01, 0.02, 0.05, 0.2, 0.5, 1.0])
     seen = turn.apply(vectors) + deviations[:, None] * rng.normal(size=(6, 3))
-    found = Beginning(np.eye(4)[0], 1e8 * np.eye(3), vectors, seen, deviations).best(OPEN)
+    found = Beginning(np.eye(4)[0], 1e8 * np.eye(3), vectors, seen, deviations).best(HUGE)
     truth = least_squares(
         lambda w: ((Rotation.from_rotvec(w).apply(vectors) - seen) / deviations[:, None]).ravel(), turn.as_rotvec()
     )

@@ -38,8 +38,9 @@ from algorithms.evidence import (
     surely_not_by_chance,
     undetermined,
 )
-from algorithms.evidence.gates import OPEN, checked_gate
+from algorithms.evidence.gates import checked_gate
 from algorithms.evidence.noise import tail_of
+from algorithms.precision import HUGE
 from algorithms.vision import VisionStatus
 from tests.support.all_cases import all_cases
 
@@ -273,7 +274,7 @@ def test_explained_variance() -> None:
 
 
 def test_gates_are_positive_numbers() -> None:
-    assert checked_gate(np.inf) == OPEN and checked_gate(np.float32(9)) == 9
+    assert checked_gate(np.inf) == HUGE and checked_gate(np.float32(9)) == 9
     for gate, error in ((None, TypeError), ("9", TypeError), (np.ones(2), TypeError), (0, ValueError)):
         with pytest.raises(error, match=r"^gate: "):
             checked_gate(gate)  # type: ignore[arg-type]
