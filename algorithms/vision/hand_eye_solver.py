@@ -15,7 +15,7 @@ from generated import hand_eye as kernels
 from generated import pga3
 
 from ..arguments import Reals
-from ..precision import SINGLE
+from ..precision import ROOT, SINGLE
 from . import hand_eye_noise as noises
 from .hand_eye_noise import called
 from .hand_eye_results import HandEyeStatus
@@ -24,10 +24,8 @@ Noise = Literal["either", "hand", "camera"]
 
 _HALF_TURN = 0.02
 """The sign of a motion is ambiguous (a half turn) if the cosine of half its angle is below this."""
-_PARALLEL = 1e-7
-"""Axes are parallel if their spread, or the ratio of the sixth to the first singular value, is below this,"""
 _OPEN = 0.2
-"""or if noise leaves a rotation of the camera undetermined by more than this, in radians."""
+"""Axes count as parallel if noise leaves a rotation of the camera undetermined by more than this, in radians."""
 _ABOVE_NOISE = 3.0
 """Angles are small if they are below this multiple of the rotational residual."""
 _STEPS = 6
@@ -141,12 +139,12 @@ def _in_units(x: Reals, z: Reals, unit: Reals, finite: Reals) -> tuple[Reals, Re
 
 def solved(one: Reals, two: Reals, refine: bool) -> list[Reals]:
     """Return motors, status, singular values and residuals of problems (p, n, 8)."""
-    found = called(kernels.equations_of_motions, (one, two), _HALF_TURN, _PARALLEL)
+    found = called(kernels.equations_of_motions, (one, two), _HALF_TURN, ROOT)
     one, two, clear, unit, finite, axes, parallel, regular, equations = found
     squares, vectors = np.linalg.eigh(equations)
     values = np.sqrt(np.maximum(squares[:, ::-1], 0.0))
     first, second = (np.ascontiguousarray(vectors[..., k]) for k in (0, 1))
-    many = (parallel > 0) | (values[:, 5] <= _PARALLEL * values[:, 0])
+    many = (parallel > 0) | (values[:, 5] <= ROOT * values[:, 0])
     if np.count_nonzero(many):
         # More than two singular values then vanish, and the last vector is arbitrary.
         first[many], second[many] = _least_translated(equations[many]), 0.0
@@ -156,7 +154,7 @@ def solved(one: Reals, two: Reals, refine: bool) -> list[Reals]:
     status = np.zeros(len(one), np.int_)
     if np.count_nonzero(regular > parallel) == len(one):
         return [motor, status, values, residual]
-    small = 2 * largest <= np.maximum(_ABOVE_NOISE * residual[:, 0], _PARALLEL)
+    small = 2 * largest <= np.maximum(_ABOVE_NOISE * residual[:, 0], ROOT)
     status[parallel > 0] = HandEyeStatus.PARALLEL_AXES
     status[(parallel > 0) & small] = HandEyeStatus.SMALL_ANGLES
     status[clear.sum(-1) < 2] = HandEyeStatus.AMBIGUOUS_SIGNS

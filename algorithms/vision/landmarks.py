@@ -15,6 +15,7 @@ from generated import projective2
 
 from ..arguments import Reals, finite_number, real_array
 from ..evidence import WRONG, Noise, likely
+from ..precision import ROUNDING
 from .invariants import each_pencil
 from .normalization import extents, flatness, homogeneous, normalized, undone
 from .planes import linear_homography
@@ -29,8 +30,6 @@ _LIMIT, _FAR = 2.5, 4.0
 """Landmarks fit up to the first multiple of the noise; single points up to the root of the second multiple of that."""
 _FLAT = 1e-3
 """Directions are on a line if their second extent is less than this part of the first."""
-_ALIKE, _DAMPING = 1e-12, 1e-12
-"""Contribution of rounding to variances of invariants, and to sums of squares of equations."""
 _FIRST, _TRIED = 8, 40
 """Number of the best maps that are fitted again to all points that they match; and, if none fits, of further ones."""
 
@@ -155,7 +154,7 @@ class LandmarkMap:
         # Likelihoods of all pairs of sets: differences relative to their noise, and the size of that noise.
         compared, moved = values[:, None], deviations[:, None]
         pairs = compared, self.invariants, moved, self.deviations
-        unlike = projective2.unlikeness(*pairs, size**2, _ALIKE).ravel()
+        unlike = projective2.unlikeness(*pairs, size**2, ROUNDING).ravel()
         near = np.argpartition(unlike, min(_TRUSTED, unlike.size) - 1)[:_TRUSTED]
         of_query, learned = np.divmod(near, len(self.sets))
         who, places = self.sets[learned, 0], self.sets[learned, 1:]
@@ -240,7 +239,7 @@ def _proposed(first: Reals, second: Reals) -> Reals:
     two, other = normalized(second)
     rows = projective2.homography_equations(one, two).reshape(len(first), -1, 9)
     normal = np.swapaxes(rows, -1, -2) @ rows
-    normal[:, range(8), range(8)] += _DAMPING
+    normal[:, range(8), range(8)] += ROUNDING
     found = np.linalg.solve(normal[:, :8, :8], -normal[:, :8, 8:])[..., 0]
     matrix = np.insert(found, 8, 1.0, axis=-1).reshape(-1, 3, 3)
     return np.asarray(undone(other) @ matrix @ scale)

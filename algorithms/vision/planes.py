@@ -10,12 +10,10 @@ from generated import linear_views, matrices, robust_views
 from ..arguments import Reals, real_array
 from ..evidence import Freedom, Problem, check_sampling
 from ..evidence.consensus import Indices
-from ..precision import rounding_of
+from ..precision import NEGLIGIBLE, rounding_of
 from .robust import RobustEstimate, no_estimate, robust_estimate
 from .status import VisionStatus, check_points, refuse
 
-_RANK = 1e-9
-"""A singular value below this fraction of the first is rounding,"""
 _NOISE = 1.5
 """and one below this multiple of the last is noise."""
 _SQUARE = 1e-14
@@ -46,7 +44,7 @@ def homography(first: ArrayLike, second: ArrayLike) -> Reals:
     one, two = real_array(first, "first", (2,), "x y"), real_array(second, "second", (2,), "x y")
     status = check_points({"first": one, "second": two}, 4, "points")
     refuse(status, "homography", "at least 4 finite points")
-    least = rounding_of(one, two, part=_RANK)
+    least = rounding_of(one, two, part=NEGLIGIBLE)
     matrix, gap = linear_homography(one[None].astype(np.float64), two[None].astype(np.float64))
     if gap[0] <= least or not np.isfinite(matrix).all():
         refuse(VisionStatus.DEGENERATE, "homography", "four points, no three of them on a line")

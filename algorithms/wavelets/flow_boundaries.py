@@ -35,8 +35,6 @@ _DOWN, _ACROSS = (part.reshape(-1).astype(np.float32) for part in np.mgrid[-_REA
 _HALF = half_gaussian(1.2, _REACH)
 """Half of the weights of a window about a pixel."""
 _WEIGHTS = np.outer(*[np.concatenate([_HALF[:0:-1], _HALF])] * 2).reshape(-1)
-_ALONE = np.zeros(1, np.float32)
-"""The place of a pixel in its own window."""
 
 
 class Comparison:
@@ -65,7 +63,8 @@ class Comparison:
         """Return the median of the squared differences of the nodes, which have the motion (2, m, n)."""
         row, column = (2 * index.reshape(-1) for index in np.mgrid[: motion.shape[1] : 2, : motion.shape[2] : 2])
         some = np.ascontiguousarray(motion[:, ::2, ::2]).reshape(2, -1)
-        squares = self._costs(row, column, some, (_ALONE, _ALONE, _ALONE + 1), np.inf)
+        here, one = np.zeros(1, np.float32), np.ones(1, np.float32)
+        squares = self._costs(row, column, some, (here, here, one), np.inf)
         return max(float(np.median(squares)), _LEAST)
 
     def _costs(

@@ -58,10 +58,8 @@ _APART = 0.05
 """Poses are different, even if they are uncertain, if they move samples by this fraction of the size of the model."""
 _TURN = 0.4
 """The rotation in radians by which symmetries are verified."""
-_MOTIONS = np.zeros((6, 6))
+_MOTIONS = np.diag([-2.0, 2, -2, -2, -2, -2])[:, [2, 1, 0, 3, 4, 5]]
 """Rotation vectors and displacements of the origin by unit bivectors, as rows."""
-_MOTIONS[range(6), (2, 1, 0, 3, 4, 5)] = -2, 2, -2, -2, -2, -2
-_NO_FREEDOM, _NO_POSE, _NO_TABLE = np.zeros((0, 6)), np.zeros((0, 8)), np.zeros(21)
 _NO_INLIERS = {kind: np.zeros(0, bool) for kind in KINDS}
 
 
@@ -107,7 +105,7 @@ def _of_least(found: Minima, task: PoseTask) -> tuple[PoseEstimate, float, float
     inliers = _NO_INLIERS.copy()
     for kind in seen.kinds:
         inliers[kind] = far[kind] <= REJECTED * noise
-    free = _NO_FREEDOM
+    free = np.zeros((0, 6))
     if not condition * ROOT < 1:
         covariance, free = _covariance(table, task)
     freedom = int(equations) - 6 + len(free)
@@ -132,7 +130,7 @@ def _of_least(found: Minima, task: PoseTask) -> tuple[PoseEstimate, float, float
         unlimited = np.abs(_displacements(free, task)).max(0) > SINGLE
         covariance = covariance + np.diag(np.where(unlimited, np.inf, 0))
     return (
-        PoseEstimate(motor, cause, residual, covariance, free, _NO_POSE, inliers, determined),
+        PoseEstimate(motor, cause, residual, covariance, free, np.zeros((0, 8)), inliers, determined),
         min(cost, float(found.costs[best])),
         count,
         freedom,
@@ -207,7 +205,7 @@ def _joined(groups: list[Minima]) -> Minima:
 
 
 def _is_in_front(pose: Reals, task: PoseTask) -> bool:
-    return not _verified(pose, _NO_TABLE, task)[5]
+    return not _verified(pose, np.zeros(21), task)[5]
 
 
 def _compared(
@@ -305,13 +303,13 @@ def _others(found: PoseEstimate, cost: float, near: Minima, task: PoseTask) -> R
     if not len(found.freedoms):
         as_good &= _away(near.poses, found.motor, found, task)
     if not as_good.any():
-        return _NO_POSE
+        return np.zeros((0, 8))
     kept: list[Reals] = []
     for pose in near.poses[as_good]:
         differs = all(_differ(pose, other, found, task) for other in (found.motor, *kept))
         if differs and _is_in_front(pose, task):
             kept.append(pose)
-    return np.array(kept).reshape(-1, 8) if kept else _NO_POSE
+    return np.array(kept).reshape(-1, 8) if kept else np.zeros((0, 8))
 
 
 def _away(poses: Reals, motor: Reals, found: PoseEstimate, task: PoseTask) -> Reals:
@@ -334,4 +332,6 @@ def no_pose(status: PoseStatus, seen: Measurements) -> PoseEstimate:
     """Return the record of a pose that was not found."""
     rejected = {kind: np.zeros(len(seen.of[kind].pixels), bool) for kind in KINDS}
     unknown = np.full((6, 6), np.inf)
-    return PoseEstimate(np.full(8, np.nan), status, np.nan, unknown, _NO_FREEDOM, _NO_POSE, rejected, unknown)
+    return PoseEstimate(
+        np.full(8, np.nan), status, np.nan, unknown, np.zeros((0, 6)), np.zeros((0, 8)), rejected, unknown
+    )
