@@ -30,9 +30,10 @@ from .bundle_descent import BundleStep, Descent, Information, descended
 from .bundle_misfits import BundleMisfit, bundle_misfit
 from .bundle_parts import Parts, parts_of
 from .bundle_results import BundleAdjustment
-from .bundle_scene import N_PINHOLE, Scene, SeenLines, State
+from .bundle_scene import Scene, SeenLines, State
 from .bundle_system import BLOCK, Layout, across_lines
 from .camera import Camera, intrinsics_of, matrix_of
+from .plane_adjustment import N_INTRINSICS
 from .pose_refinement import pixel_noise
 from .status import VisionStatus
 
@@ -179,7 +180,7 @@ def bundle_adjust(
     k = len(whole.point)
     return BundleAdjustment(
         tuple(_camera(cameras, i, state) for i in range(c)),
-        state.points, state.lenses[:, N_PINHOLE:], judged.status(camera_status, item_status), camera_status,
+        state.points, state.lenses[:, N_INTRINSICS:], judged.status(camera_status, item_status), camera_status,
         item_status[:m], end.cost, residuals[:k], weights[:k], end.steps, state.lines, item_status[m:], residuals[k:],
         weights[k:], *judged.covariances(covariance),
     )  # fmt: skip
@@ -271,13 +272,13 @@ def _mean_matrix(lenses: Reals) -> Reals:
 
 def _camera(cameras: Cameras, number: int, state: State) -> Camera:
     """Return an adjusted camera, with the distortion of its lens if it has one of its own."""
-    matrix, motor = matrix_of(state.lenses[number, :N_PINHOLE]), state.motors[number]
+    matrix, motor = matrix_of(state.lenses[number, :N_INTRINSICS]), state.motors[number]
     start = cameras[number] if number < len(cameras) else None
     lens: Any = getattr(start, "distortion", None)
     if not isinstance(start, Camera) or lens is None:
         return Camera(matrix, motor)
     adjusted: dict[str, Any] = {
-        "distortion": replace(lens, coefficients=tuple(state.lenses[number, N_PINHOLE:].tolist()))
+        "distortion": replace(lens, coefficients=tuple(state.lenses[number, N_INTRINSICS:].tolist()))
     }
     return replace(start, intrinsics=matrix, pose=motor, **adjusted)
 

@@ -11,9 +11,9 @@ from generated import pga3
 
 from ..arguments import Reals, as_given, listed, real_array
 from .bundle_results import Observations
-from .bundle_scene import N_PINHOLE
 from .camera import Camera, matrix_of
 from .distortion import Distortion
+from .plane_adjustment import N_INTRINSICS
 
 PINHOLE_NAMES = ("fx", "fy", "cx", "cy", "skew")
 DISTORTIONS = {
@@ -128,14 +128,14 @@ def without_distortion(camera: Reals, pixels: Reals, model: str, lenses: Reals, 
     """
     if model == "pinhole" or not len(pixels):
         return pixels
-    bent = np.logical_or(lenses[:, N_PINHOLE:].any(1), model == "fisheye")
+    bent = np.logical_or(lenses[:, N_INTRINSICS:].any(1), model == "fisheye")
     if is_estimated:
         raise ValueError("lines: lenses with distortion are estimated; expected intrinsics='fixed', or no distortion")
     found = pixels.copy()
     for number in np.unique(camera[bent[camera]]):
-        coefficients = tuple(lenses[number, N_PINHOLE:].tolist())
+        coefficients = tuple(lenses[number, N_INTRINSICS:].tolist())
         lens = Distortion(model, coefficients)  # type: ignore[arg-type]
-        own = Camera(matrix_of(lenses[number, :N_PINHOLE]), np.eye(8)[0], lens)
+        own = Camera(matrix_of(lenses[number, :N_INTRINSICS]), np.eye(8)[0], lens)
         found[camera == number] = own.undistort(pixels[camera == number])
     return found
 

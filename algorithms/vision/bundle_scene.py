@@ -10,9 +10,8 @@ import numpy as np
 from generated import bundles
 
 from ..arguments import Reals
+from .plane_adjustment import N_INTRINSICS
 
-N_PINHOLE = 5
-"""fx, fy, cx, cy and the skew."""
 KERNELS: dict[str, tuple[Any, Any, Any]] = {
     "pinhole": (bundles.pinhole_distances, bundles.pinhole_equations, bundles.pinhole_lens_equations),
     "brown": (bundles.brown_distances, bundles.brown_equations, bundles.brown_lens_equations),
@@ -94,7 +93,7 @@ class Scene:
     def of_lines(self, state: State) -> tuple[Reals, ...]:
         """Return the motors, ends, lenses and pixels of all observations of lines."""
         camera, line, pixels = self.lines
-        return state.motors[camera], state.lines[line], state.lenses[camera, :N_PINHOLE], pixels
+        return state.motors[camera], state.lines[line], state.lenses[camera, :N_INTRINSICS], pixels
 
     def all_squares(self, state: State) -> tuple[Reals, Reals]:
         """Return squared distances (k + kl,) of points and of lines, and the depths of these.

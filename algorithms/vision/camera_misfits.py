@@ -12,13 +12,12 @@ from ..arguments import Reals
 from ..evidence import WRONG, Noise
 from ..evidence.misfit import NO_MISFIT, SUSPECTED, Tested, anisotropy, coherence, misfit
 from ..precision import NEGLIGIBLE
+from .plane_adjustment import N_POSE
 
 N_CAMERA_TERMS = 8
 """Number of parameters of a camera by which `camera_poses.pose_misfits` explains distances."""
 _NEIGHBOURS = 128
 """A limit on work: the number of pixels whose distances are compared with those of their neighbours."""
-_POSE = 6
-"""The number of parameters of a pose."""
 
 
 class Doubt(NamedTuple):
@@ -56,10 +55,10 @@ class Offsets(NamedTuple):
         squares.
         """
         squares, products, along, across, radial = self.sums.tolist()
-        squares = max(squares, self.n * float(noise.raised(squares, max(self.n - _POSE, 1))))
+        squares = max(squares, self.n * float(noise.raised(squares, max(self.n - N_POSE, 1))))
         return (
             coherence(squares, products, self.n, self.n, probability),
-            anisotropy(squares, along, across, radial, (self.n - _POSE) // 2, probability),
+            anisotropy(squares, along, across, radial, (self.n - N_POSE) // 2, probability),
         )
 
 
@@ -86,11 +85,11 @@ def doubt_of(sums: Reals, explained: Reals | None, offsets: Offsets, n: int, noi
     n : int
     noise : Noise
     """
-    freedom, found = 2 * n - _POSE, NO_MISFIT
-    n_terms = len(sums) - _POSE - 1
+    freedom, found = 2 * n - N_POSE, NO_MISFIT
+    n_terms = len(sums) - N_POSE - 1
     cost, by_all, by_one = (np.inf, np.inf, np.inf) if explained is None else explained.tolist()
     if explained is None or any(Tested(cost, by_all, by_one, n_terms, freedom - n_terms).exceed(noise)):
-        found = misfit(sums, _POSE, freedom, noise)
+        found = misfit(sums, N_POSE, freedom, noise)
     share = max(offsets.shares(noise, SUSPECTED))
     if found.more is None and not share:
         return NO_DOUBT

@@ -24,8 +24,9 @@ from ..evidence import (
     rank,
 )
 from ..evidence.triangles import from_triangle
+from ..precision import ROOT
 from .degeneracy import usual_noise
-from .pose_refinement import EXPLAINED, OPEN, camera_motors, motions_between
+from .pose_refinement import EXPLAINED, camera_motors, motions_between
 from .pose_starts import reversed_pose
 from .robust import ALL, robust_estimate
 from .starts import BEST, REAL, SETS, real_roots
@@ -220,7 +221,7 @@ class _Scene:
         n, some = len(self.places), np.flatnonzero(inliers)
         places, image = self.places[some], self.image[some]
         extent = np.linalg.svd(places - places.mean(0), compute_uv=False)
-        if len(some) < 5 or not extent[1] > OPEN * extent[0]:
+        if len(some) < 5 or not extent[1] > ROOT * extent[0]:
             return _nothing(VisionStatus.DEGENERATE, n)
         candidates = self.of_sets(some[all_or_some_sets(len(some), 4, SETS)])
         squares = np.asarray(camera_poses.pixel_squares(candidates, np.eye(3), places, image))

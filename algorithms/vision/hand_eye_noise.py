@@ -17,8 +17,8 @@ from ..evidence import WRONG, largest_ratio, rank
 from ..evidence.misfit import SUSPECTED, coherence
 from ..precision import TINY
 
-_DAMPING = np.full(12, 1e-14)
-"""Relative increase of the pivot of each unknown, as a fraction of the trace."""
+DAMPING = 1e-14
+"""From floating point: the increment of the diagonal relative to its sum, which prevents a division by 0."""
 
 
 def called(kernel: Callable[..., Any], arrays: tuple[Reals, ...], *shared: Any) -> Any:
@@ -69,7 +69,7 @@ def likely_steps(
     rows = rotations, shifts, hand, seen, variances
     parts = rows if everyone else tuple(each[some] for each in rows)
     step[:] = 0.0
-    found = called(kernels.likely_step, parts, float(first), _DAMPING)
+    found = called(kernels.likely_step, parts, float(first), np.full(12, DAMPING))
     step[some], goes_on, used[some], cost[some], variances[some], squares[some] = found
     if first:
         step[~moving] = 0.0

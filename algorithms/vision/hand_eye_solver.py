@@ -34,8 +34,6 @@ _DONE = 1e-4
 """Iteration ends with a step that reduces the sum of squares by less than this fraction."""
 _ROUNDING = 1e-30
 """From floating point: sums of squares below this are rounding errors, in square units."""
-_DAMPING = 1e-14
-"""From floating point: the increment of the diagonal relative to its sum, which prevents a division by 0."""
 
 
 @lru_cache(64)
@@ -169,7 +167,7 @@ def _least_translated(table: Reals) -> Reals:
     Among equivalent vectors, damping selects one with a small translational part.
     """
     across = table[:, 4:, 4:].copy()
-    across[:, range(4), range(4)] += (_DAMPING * np.trace(table, axis1=1, axis2=2) + 1e-300)[:, None]
+    across[:, range(4), range(4)] += (noises.DAMPING * np.trace(table, axis1=1, axis2=2) + 1e-300)[:, None]
     back = np.linalg.solve(across, table[:, 4:, :4])
     rotation = np.linalg.eigh(table[:, :4, :4] - table[:, :4, 4:] @ back)[1][..., 0]
     return np.concatenate([rotation, -(back @ rotation[..., None])[..., 0]], -1)

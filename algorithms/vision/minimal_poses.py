@@ -8,11 +8,11 @@ from numpy.typing import ArrayLike
 from generated import camera_poses, focal_poses, projective2
 
 from ..arguments import Reals, real_array
-from ..precision import SINGLE, TINY
+from ..precision import ROOT, SINGLE, TINY
 from .camera import Camera, pinhole_pixels
 from .focal_localization import cameras_of_sets, checked_centre
 from .localization import intrinsics_of_camera
-from .pose_refinement import OPEN, camera_motors
+from .pose_refinement import camera_motors
 from .pose_starts import three_points
 from .robust import ALL
 from .status import VisionStatus, check_points, refuse
@@ -65,7 +65,7 @@ def poses_of_three_points(points: ArrayLike, pixels: ArrayLike, camera: Camera |
     centroid = places.mean(0)
     centred = places - centroid
     extents = np.linalg.svd(centred, compute_uv=False)
-    if extents[1] <= OPEN * extents[0]:
+    if extents[1] <= ROOT * extents[0]:
         refuse(VisionStatus.DEGENERATE, "poses_of_three_points", "three points that are not on a line")
     found = three_points(centred, np.asarray(projective2.transform_point(np.linalg.inv(k), image)))
     found = found[np.isfinite(found).all((1, 2))]
@@ -134,7 +134,7 @@ def cameras_of_four_points(points: ArrayLike, pixels: ArrayLike, centre: ArrayLi
     refuse(status, "cameras_of_four_points", "four finite points and their pixels")
     centroid, image = places.mean(0), image - middle
     extents = np.linalg.svd(places - centroid, compute_uv=False)
-    if extents[1] <= OPEN * extents[0]:
+    if extents[1] <= ROOT * extents[0]:
         refuse(VisionStatus.DEGENERATE, "cameras_of_four_points", "four points that are not on a line")
     unit, size = float(extents[0]), max(float(np.sqrt((image**2).sum(1).mean())), TINY)
     places = (places - centroid) / unit

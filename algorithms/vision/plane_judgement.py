@@ -15,11 +15,9 @@ from ..evidence.noise import USUAL_WEIGHT
 from ..precision import NEGLIGIBLE
 from .distortion import Distortion
 from .plane_adjustment import N_INTRINSICS, N_POSE, Adjustment, Lens, Views, adjusted, equations
+from .pose_refinement import EXPLAINED
 from .status import VisionStatus
 
-_EXPLAINED = 0.03
-"""The largest part of the squares of pixels about their centroid that the images of points leave; random pixels leave
-more, as in `localize`."""
 _CANDIDATES = 12
 """A limit on work: the number of views that are left out for a trial."""
 
@@ -180,7 +178,7 @@ def _status(fit: Adjustment, views: Views, used: Reals) -> tuple[VisionStatus, R
     middle = (views.weights[..., None] * views.pixels).sum(1) / views.weights.sum(1)[:, None]
     squares = (views.weights[..., None] * (views.pixels - middle[:, None]) ** 2).sum()
     contradicted, more = _contradicted(fit, views, used, freedom)
-    valid = fit.converged and fit.cost <= _EXPLAINED * squares and not contradicted
+    valid = fit.converged and fit.cost <= EXPLAINED * squares and not contradicted
     return (VisionStatus.OK if valid else VisionStatus.NOT_CONVERGED), covariance + more
 
 

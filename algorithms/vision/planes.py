@@ -15,7 +15,7 @@ from .robust import RobustEstimate, no_estimate, robust_estimate
 from .status import VisionStatus, check_points, refuse
 
 _NOISE = 1.5
-"""and one below this multiple of the last is noise."""
+"""A singular value below this multiple of the last one is noise."""
 _SQUARE = 1e-14
 """From floating point: a squared singular value below this fraction of the first is rounding."""
 _FREEDOM = Freedom(sample_size=4, parameters=8, codimension=2, solutions=1, false_alarms=1e-2)

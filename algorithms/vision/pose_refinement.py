@@ -11,12 +11,11 @@ from generated import camera_poses, pga3
 from ..arguments import Reals
 from ..evidence import WRONG, Noise, differ, growth_by_threshold, likely, likely_bounds
 from ..evidence.noise import USUAL_WEIGHT
+from .plane_adjustment import N_POSE
 from .pose_starts import pose_starts
 from .robust import ALL
 from .status import VisionStatus
 
-OPEN = 1e-7
-"""From floating point: a motion is undetermined if it moves pixels by less than this fraction of what others do."""
 EXPLAINED = 0.03
 """Maximum fraction of the squares of pixels about their centroid that a valid pose leaves. It was tuned on random
 pixels and points: an image of points that leaves more is as bad as none."""
@@ -24,8 +23,6 @@ _USUAL = 1e-3
 """The usual noise of pixels, in focal lengths: most points are located to half a pixel, by cameras of 500 pixels."""
 _SOON = 25.0
 """A limit on work: the number of iterations between tests whether a start can still lead to a likely minimum."""
-_PARAMETERS = 6
-"""The number of parameters of a pose."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,7 +70,7 @@ def all_poses(places: Reals, image: Reals, k: Reals, n_steps: int, noise: Noise)
     """
     n, starts = places.shape[1], pose_starts(places, image, k)
     starts = np.concatenate([starts, starts[:, :1]], 1)
-    bounds = np.array(likely_bounds(2 * n, 2 * n - _PARAMETERS, noise))
+    bounds = np.array(likely_bounds(2 * n, 2 * n - N_POSE, noise))
     found, normal, numbers = camera_poses.follow_poses(starts, k, places, image, bounds, _SOON, float(n_steps))
     cost, reached = numbers[..., 0], numbers[..., 1:] > 0
     return Poses(found, np.where(cost < ALL, cost, np.nan), normal, reached[..., 0], reached[..., 2], numbers[..., 2])
@@ -116,7 +113,7 @@ def judged_poses(
     `places`, `ends` (b, m, 3) are points of all of them.
     """
     n = places.shape[1]
-    cost, freedom = found.cost[:, 0], 2 * n - _PARAMETERS
+    cost, freedom = found.cost[:, 0], 2 * n - N_POSE
     undetermined = np.asarray(camera_poses.undetermined_pose(places if ends is None else ends, found.normal[:, 0])) > 0
     explained = cost <= min(WRONG ** (1 / (n - 3)), EXPLAINED) * spread
     explained &= ~noise.contradicted(cost, freedom)
@@ -155,7 +152,7 @@ def deviations(pose: Poses, n_points: int, noise: Noise, unit: float | None = No
     The unit of translations is the distance of the centroid of the points from the camera, unless it is given. The
     variance is multiplied by a growth.
     """
-    variance = growth * noise.raised(pose.cost, 2 * n_points - _PARAMETERS)
+    variance = growth * noise.raised(pose.cost, 2 * n_points - N_POSE)
     largest = np.maximum(camera_poses.largest_variances(pose.normal), 0)
     found = np.asarray(np.sqrt(variance * largest))
     found[1] *= _depth(pose.matrix) if unit is None else unit
