@@ -8,10 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..arguments import finite_number
 from .circles_of_points import BodyEyeStatus, JointAxis, Tracks, axis_of, tracks_of
-from .robust_circles import noise_threshold, without_wrong_points
-
-_LEAST_SHARE = 0.5
-"""If fewer points agree with an axis, they are not on circles about it."""
+from .robust_circles import LEAST_SHARE, noise_threshold, without_wrong_points
 
 
 def joint_axis(
@@ -78,6 +75,6 @@ def axis_and_tracks(
         raise ValueError(f"threshold: {threshold}; expected a positive number")
     kept = without_wrong_points(tracks, threshold, seed)
     found = axis_of(kept, angles, refine)
-    if found.status == BodyEyeStatus.OK and len(kept.points) < _LEAST_SHARE * len(tracks.points):
+    if found.status == BodyEyeStatus.OK and len(kept.points) < LEAST_SHARE * len(tracks.points):
         found = replace(found, status=BodyEyeStatus.NOT_CIRCLES)
     return found, kept

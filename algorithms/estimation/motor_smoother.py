@@ -8,13 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import Reals, finite_number
+from ..precision import CONVERGED
 from .motor_factors import Factors, States, Summary
 from .motor_graph import MotorGraph
 from .motor_problem import MotorProblem, SmoothingStatus
-from .smoothing import TOLERANCE, SmoothedMotors, checked_start, checked_states, smoothed_of
-
-_NOTHING = np.zeros(0, np.int64)
-"""The numbers of no states."""
+from .smoothing import SmoothedMotors, checked_start, checked_states, smoothed_of
 
 
 class MotorSmoother(MotorGraph):
@@ -52,14 +50,14 @@ class MotorSmoother(MotorGraph):
     [1.0, 2.0, 3.0]
     """
 
-    def __init__(self, lag: float, *, tolerance: float = TOLERANCE) -> None:
+    def __init__(self, lag: float, *, tolerance: float = CONVERGED) -> None:
         super().__init__()
         self._lag = finite_number(lag, "lag")
         if not self._lag > 0:
             raise ValueError(f"lag: {lag}; expected a positive number of seconds")
         self._tolerance = finite_number(tolerance, "tolerance")
         self._n_added = 0
-        self._numbers, self._times = _NOTHING, np.zeros(0)
+        self._numbers, self._times = np.zeros(0, np.int64), np.zeros(0)
         self._states = States(np.zeros((0, 8)), np.zeros((0, 3)), np.zeros((0, 6)))
         self._too_late = 0
         self._status = SmoothingStatus.EMPTY
@@ -168,7 +166,9 @@ class MotorSmoother(MotorGraph):
             raise ValueError(f"marginals: {wanted}; expected numbers of states of the window, {self._numbers}")
         late, self._late = self._late, False
         problem = MotorProblem(
-            [each.kept(np.ones(len(each.states), bool), row) for each in self.factors], len(self._numbers), _NOTHING
+            [each.kept(np.ones(len(each.states), bool), row) for each in self.factors],
+            len(self._numbers),
+            np.zeros(0, np.int64),
         )
         end = problem.descended(self._states, self._tolerance)
         self._found = smoothed_of(problem, end, self._states, row[wanted])

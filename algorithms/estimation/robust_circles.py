@@ -28,8 +28,9 @@ _ROUNDING = 1e-20
 """From floating point: squared distances below this, in units of length, are rounding."""
 _AT_ONCE = 200_000
 """The number of distances that are computed at once."""
-_LEAST_SHARE = 0.5
-"""A track is left out if a smaller share of its points agrees with the axis."""
+LEAST_SHARE = 0.5
+"""A track is left out if a smaller share of its points agrees with the axis, and tracks are not circles if a smaller
+share of all points does."""
 _ENTRIES = [[0, 1, 3], [1, 2, 4], [3, 4, 5]]
 """The places of the entries of a symmetric matrix in its lower triangle."""
 
@@ -143,7 +144,7 @@ def _agreeing(squares: Reals, tracks: Tracks, bound: float) -> Mask:
     """Return which points are within the bound, without the tracks of which most points are not."""
     within = squares <= bound
     shares = np.bincount(tracks.circle, within, len(tracks.counts)) / tracks.counts
-    return np.asarray(within & (shares >= _LEAST_SHARE)[tracks.circle])
+    return np.asarray(within & (shares >= LEAST_SHARE)[tracks.circle])
 
 
 def _squares(lines: Reals, tracks: Tracks) -> Reals:

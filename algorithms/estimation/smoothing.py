@@ -11,13 +11,10 @@ from generated import pga3
 
 from ..arguments import Reals, as_given, finite, finite_number, real_array
 from ..evidence.descent import Descent
+from ..precision import CONVERGED
 from .motor_factors import States
 from .motor_graph import MotorGraph, checked_motors
 from .motor_problem import MotorProblem, SmoothingStatus
-
-TOLERANCE = 1e-10
-"""From floating point: a relative decrease of the cost by this moves states by 1e-5 of their deviations, times the root
-of the number of residuals."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,7 +52,7 @@ def smooth_motors(
     *,
     fixed: ArrayLike = (),
     marginals: ArrayLike = (),
-    tolerance: float = TOLERANCE,
+    tolerance: float = CONVERGED,
 ) -> SmoothedMotors:
     """Find the states that agree best with all measurements of a graph.
 

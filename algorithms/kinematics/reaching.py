@@ -19,6 +19,7 @@ from ..evidence import Status
 from .denavit_hartenberg import Joint
 from .differential import Differential
 from .errors import DescriptionError
+from .inverse.chain import ROUNDING
 from .inverse.search import AROUND, REACHED
 from .tables import carried_by, followed, joints_of, need_fixed_base, path_to
 from .tasks import Part, Task
@@ -28,8 +29,6 @@ _STEPS = 60.0
 _ROUNDS = 4, 16, 96
 """Limit on work: random starts of each round where the previous ones have failed."""
 _JOINTS = ("variables", "ratios", "offsets", "places", "screws", "turns")
-_ENOUGH = 1e-15
-"""Errors up to this, relative to the size, are rounding errors."""
 _PULLS = 0.1, 0.01, 1e-3
 """Weights of the distance from `rest` relative to the tasks, one descent each. The last one leaves the tasks by about
 its square, 1e-6 of the size; from there, the descent without it converges quadratically. With the last one alone, a
@@ -141,7 +140,7 @@ class Reaching:
             "low": self._low,
             "high": self._high,
             "size": self._size,
-            "enough": _ENOUGH * self._size,
+            "enough": ROUNDING * self._size,
             "at_most": _STEPS,
         }
         self._with_pulls = partial(kernels.reach.bind, lengths, **tree, **tasks, **reach)

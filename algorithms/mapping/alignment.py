@@ -17,8 +17,6 @@ _GATE = 3.0
 """Points farther than this multiple of the scale from all lines are left out."""
 _UNDETERMINED = 0.01
 """Share of the information along a direction, relative to the best one, below which it is degenerate."""
-_NO_TARGETS = np.zeros((0, 6)), np.zeros(0), np.zeros(0)
-"""Points that are not moved back, the squared distances of their targets, and the rows of these."""
 
 
 class Aligned(NamedTuple):
@@ -40,7 +38,8 @@ def aligned(a: Outline, b: Outline, motors: Reals, scales: list[float], stride: 
     found = Aligned(motors, np.zeros(6), np.zeros(4))
     for scale in scales:
         near = kernels.nearest(kernels.moved_points(found.motors, points), targets)
-        back = _NO_TARGETS
+        # Without points that are moved back, as with a coarse step.
+        back = np.zeros((0, 6)), np.zeros(0), np.zeros(0)
         if stride == 1:
             # In the frame of `b`, the points of `a` move the other way.
             back = rows, *kernels.nearest(kernels.moved_points(pga2.motor_inverse(found.motors), a.points), b.targets)

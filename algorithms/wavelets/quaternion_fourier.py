@@ -36,8 +36,6 @@ class Side(Enum):
 
 
 _NAMES = {"i": (1.0, 0.0, 0.0), "j": (0.0, 1.0, 0.0), "k": (0.0, 0.0, 1.0)}
-_ONE = (1.0, 0.0, 0.0, 0.0)
-"""The quaternion 1."""
 _BLOCK = 2**18
 """Bytes of the image that are converted to quaternions at a time, in the cache."""
 
@@ -294,7 +292,7 @@ def _of_real(
 
 
 def _pair(left: NDArray[np.float64] | None, right: NDArray[np.float64] | None, dtype: Any) -> tuple[Reals, Reals]:
-    p, r = (np.array(_ONE if one is None else one, dtype) for one in (left, right))
+    p, r = (np.array((1.0, 0.0, 0.0, 0.0) if one is None else one, dtype) for one in (left, right))
     return p, r
 
 

@@ -10,10 +10,9 @@ from generated import pga3
 
 from ...arguments import Reals, finite_number
 from ...geometry.meshes import Integers
+from ...precision import NEGLIGIBLE
 from .. import Robot
 
-TOUCHING = 1e-9
-"""From floating point: axes of neighbouring links have a common point if they are at most this apart, in metres."""
 _RADIUS = 0.06
 """The radius of links without geometry, in metres, by default."""
 
@@ -97,13 +96,13 @@ def arm_capsules(robot: Robot, radius: float = _RADIUS) -> ArmCapsules:
     # The part of the first link along the first axis is at rest.
     foot = pga3.project_point_on_line(origins[0], axes[0])[None]
     points = np.concatenate([np.zeros((1, 3)), foot, origins, tool[None]])
-    if (pga3.distance_point_line(origins, axes) < TOUCHING).all():
+    if (pga3.distance_point_line(origins, axes) < NEGLIGIBLE).all():
         carriers = [-1, path[0], *path]
-    elif (pga3.distance_point_line(origins[:-1], axes[1:]) < TOUCHING).all():
+    elif (pga3.distance_point_line(origins[:-1], axes[1:]) < NEGLIGIBLE).all():
         carriers = [-1, *path, path[-1]]
     else:
         raise ValueError(f"arm_capsules: {robot.name}: frames are not on joint axes; expected a table, ArmCapsules")
-    kept = [k for k in range(len(carriers)) if np.linalg.norm(points[k + 1] - points[k]) > TOUCHING]
+    kept = [k for k in range(len(carriers)) if np.linalg.norm(points[k + 1] - points[k]) > NEGLIGIBLE]
     if not kept:
         raise ValueError(f"arm_capsules: {robot.name}: all joint frames coincide; expected links with a length")
     return ArmCapsules(

@@ -12,9 +12,10 @@ from generated import collisions, pga3
 
 from ...arguments import Reals
 from ...geometry.meshes import Integers
+from ...precision import NEGLIGIBLE
 from .. import Robot
 from ..denavit_hartenberg import Joint
-from .arm_capsules import TOUCHING, ArmCapsules
+from .arm_capsules import ArmCapsules
 from .obstacles import Obstacle
 
 _STILL = np.eye(8)[0]
@@ -145,5 +146,5 @@ def _can_meet(pair: tuple[int, int], order: Integers, ends: Reals, arm: ArmCapsu
     a, b = pair
     if a >= count or pair in arm.apart or order[b] - order[a] <= 1:
         return False
-    touching = collisions.capsule_pair_clearance(ends[a, 0], ends[a, 1], ends[b, 0], ends[b, 1], 0.0) < TOUCHING
+    touching = collisions.capsule_pair_clearance(ends[a, 0], ends[a, 1], ends[b, 0], ends[b, 1], 0.0) < NEGLIGIBLE
     return not (b < count and touching)
