@@ -21,7 +21,7 @@ from generated.gac_runtime.layout import Layout, layout
 
 from ..arguments import real_array
 from ..elements import plain, restorer
-from ..precision import NEGLIGIBLE
+from ..precision import NEGLIGIBLE, TINY
 from .products import bitmaps_of
 
 Floats = NDArray[np.float64]
@@ -207,7 +207,7 @@ def _matrix_function(name: str, m: Matrix) -> Matrix:
 
 def _checked(found: Matrix, back: Matrix, wanted: Matrix) -> Matrix:
     """Return `found` if `back`, computed from it, agrees with `wanted`; otherwise NaN."""
-    good = np.abs(back - wanted).max() <= _RESIDUAL * max(float(np.abs(wanted).max()), 1e-300)
+    good = np.abs(back - wanted).max() <= _RESIDUAL * max(float(np.abs(wanted).max()), TINY)
     return found if good else np.full(found.shape, np.nan)
 
 

@@ -13,7 +13,7 @@ from generated import pga3
 
 from ..arguments import Reals, positive_number, real_array
 from ..evidence import Noise, Status
-from ..precision import CONVERGED, ROUNDING, SQUARED
+from ..precision import CONVERGED, ROUNDING, SQUARED, TINY
 
 _FEWEST = 3
 """Points of a circle that is used."""
@@ -237,7 +237,7 @@ def refined(parts: list[Tracks], lines: Reals, start: Reals, refine: bool = True
     count = len(joined)
     residual = float(np.sqrt(max(float(cost), 0.0) / (information[:, [0, 2, 5]].mean() * count)))
     freedom = max(2 * count - 2 * len(radii) - (4 if len(parts) == 1 else 6), 1)
-    variance = max(float(parts[0].noise.raised(cost * scale, freedom)) / scale, 1e-300)
+    variance = max(float(parts[0].noise.raised(cost * scale, freedom)) / scale, TINY)
     status = BodyEyeStatus.OK if converged > 0 else BodyEyeStatus.NOT_CONVERGED
     if not np.isfinite(motor).all() or not residual <= _ROUND * float(np.sqrt(np.mean(np.square(radii)))):
         status = BodyEyeStatus.NOT_CIRCLES

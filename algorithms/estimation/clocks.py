@@ -16,6 +16,7 @@ from generated import pga3
 
 from ..arguments import Reals, real_array
 from ..evidence import Status
+from ..precision import TINY
 
 _FEWEST = 8
 """The smallest number of usable poses of a stream."""
@@ -239,7 +240,7 @@ def _correlation(a: Reals, b: Reals) -> tuple[Reals, Reals]:
     energy_b = products((squares_a > 0).astype(float), squares_b)[:, 0, 0]
     enough = (energy_a > _OVERLAP * squares_a.sum()) & (energy_b > _OVERLAP * squares_b.sum())
     found = _alignments(products(a, b))
-    scale = np.sqrt(np.maximum(energy_a * energy_b, 1e-300))
+    scale = np.sqrt(np.maximum(energy_a * energy_b, TINY))
     scores = np.where(enough, found / scale, -np.inf)
     lags = np.arange(size)
     lags = np.where(lags >= len(a), lags - size, lags)
@@ -259,7 +260,7 @@ def _alignment(a: Reals, b: Reals) -> tuple[float, Reals]:
     signs = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
     known = (a**2).any(-1) & (b**2).any(-1)
     size = np.sqrt((a[known] ** 2).sum() * (b[known] ** 2).sum())
-    return float((signs * values).sum() / max(size, 1e-300)), np.asarray(left * signs @ right)
+    return float((signs * values).sum() / max(size, TINY)), np.asarray(left * signs @ right)
 
 
 def _hill(scores: Reals, best: int) -> tuple[int, int]:
@@ -277,4 +278,4 @@ def _deviation(a: Reals, b: Reals, rotation: Reals, step: float, window: float) 
     known = a.any(-1) & b.any(-1)
     rest, slopes = (a - b @ rotation.T)[known], np.gradient(a, step, axis=0)[known]
     independent = max(len(rest) * step / window, 1.0)
-    return float(np.sqrt((rest**2).sum() / max((slopes**2).sum(), 1e-300) / independent))
+    return float(np.sqrt((rest**2).sum() / max((slopes**2).sum(), TINY) / independent))

@@ -14,6 +14,7 @@ from generated import tracking as kernels
 from ..arguments import Reals, real_array
 from ..kinematics import FloatingRobot, JointCountError, Robot
 from ..kinematics.denavit_hartenberg import Joint
+from ..precision import NEGLIGIBLE
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,7 +84,7 @@ def chain_of(robot: Robot, camera: ArrayLike | None = None) -> Chain:
     if robot.coupling.size or isinstance(robot, FloatingRobot):
         raise JointCountError(f"{robot.name}: expected a fixed base and a variable for each joint")
     mount = np.eye(8)[0] if camera is None else real_array(camera, "camera", (8,), "a motor").astype(np.float64)
-    if not np.abs(pga3.normalize_motor(mount) - mount).max() < 1e-9:
+    if not np.abs(pga3.normalize_motor(mount) - mount).max() < NEGLIGIBLE:
         raise ValueError(f"camera {mount}; expected a unit motor of generated.pga3")
     path = list(robot.path)
     turns = np.array([float(robot.kinds[joint] is Joint.REVOLUTE) for joint in path])

@@ -15,7 +15,7 @@ from ..arguments import Reals, real_array
 from ..elements import LINE, MOTOR, elements
 from ..evidence.least_squares import STEPS
 from ..kinematics import Body, Robot
-from ..precision import CONVERGED
+from ..precision import CONVERGED, TINY
 from .body_eye import BodyEye
 from .image_jacobians import Chain, chain_of
 from .tracking import Tracker, TrackingStatus, VelocityStep
@@ -170,7 +170,7 @@ def gaze_rates(tracker: Tracker, q: ArrayLike, points: ArrayLike) -> VelocitySte
     safe = np.where(np.isfinite(angles), angles, 0.0)
     found = aim(tracker.robot, points, safe)
     error = safe - found.q
-    speeds = np.maximum(tracker.robot.limits[:, 2], 1e-300)
+    speeds = np.maximum(tracker.robot.limits[:, 2], TINY)
     excess = (np.abs(tracker.gain * error) / speeds).max(-1)
     moves = finite & found.reached
     rates = np.where(moves[..., None], -tracker.gain * error / np.maximum(excess, 1.0)[..., None], 0.0)

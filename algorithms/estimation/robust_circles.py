@@ -16,6 +16,7 @@ from generated import pga3
 from ..arguments import Reals
 from ..evidence import WRONG, Noise, largest_ratio
 from ..evidence.noise import ENOUGH
+from ..precision import ROUNDING, TINY
 from .circles_of_points import BodyEyeStatus, Tracks, first_axis, refined
 
 _CANDIDATES, _REFINED = 400, 8
@@ -170,7 +171,7 @@ def _squares_of_means(line: Reals, tracks: Tracks, bound: float) -> Reals:
         matrices, sums = np.zeros((len(tracks.counts), 2, 2)), np.zeros((len(tracks.counts), 2))
         np.add.at(matrices, tracks.circle, weights)
         np.add.at(sums, tracks.circle, (weights @ values[..., None])[..., 0])
-        matrices += np.maximum(np.trace(matrices, axis1=1, axis2=2), 1e-300)[:, None, None] * 1e-12 * np.eye(2)
+        matrices += np.maximum(np.trace(matrices, axis1=1, axis2=2), TINY)[:, None, None] * ROUNDING * np.eye(2)
         own = np.linalg.solve(matrices, sums[..., None])[tracks.circle, :, 0]
     return _distances(values - own, stiffness)
 
@@ -185,12 +186,12 @@ def _cylindric(lines: Reals, tracks: Tracks) -> tuple[Reals, Reals]:
     height = (arms * axis).sum(-1)
     across = arms - height[..., None] * axis
     radius = np.sqrt((across * across).sum(-1))
-    outward = across / np.maximum(radius, 1e-300)[..., None]
+    outward = across / np.maximum(radius, TINY)[..., None]
     wide = np.broadcast_to(axis, outward.shape)
     frame = np.stack([outward, wide, np.cross(wide, outward)], -1)
     matrices = tracks.scale * tracks.information[:, _ENTRIES]
     turned = np.swapaxes(frame, -1, -2) @ (matrices @ frame)
-    side, own = turned[..., :2, 2], np.maximum(turned[..., 2, 2], 1e-300)
+    side, own = turned[..., :2, 2], np.maximum(turned[..., 2, 2], TINY)
     stiffness = turned[..., :2, :2] - side[..., :, None] * side[..., None, :] / own[..., None, None]
     return np.stack([radius, height], -1), stiffness
 

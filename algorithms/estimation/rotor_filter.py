@@ -14,7 +14,7 @@ from ..arguments import Reals, finite, finite_number, real_array
 from ..elements import ROTOR, Coefficients, plain, restorer
 from ..evidence.gates import FEWEST, SETTLED, UNLIKELY, WIDE, Record, checked_gate, gate_of, is_lost
 from ..evidence.triangles import from_triangle, to_triangle
-from ..precision import HUGE
+from ..precision import HUGE, ROUNDING
 from .matrices import as_definite
 from .rotor_starts import Beginning
 from .status import EstimationStatus
@@ -161,7 +161,7 @@ def _observed(vectors: Reals) -> EstimationStatus:
     """Return OK, or UNOBSERVED if vectors (n, 3) are parallel and leave the rotation about themselves."""
     values = np.linalg.eigvalsh(vectors.T @ vectors)
     # The vectors of the past may have determined it.
-    return EstimationStatus.OK if values[1] > 1e-12 * values[2] else EstimationStatus.UNOBSERVED
+    return EstimationStatus.OK if values[1] > ROUNDING * values[2] else EstimationStatus.UNOBSERVED
 
 
 class LinearRotorFilter:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from generated import samples
 
 from ..arguments import Reals, finite_number
-from ..precision import NEGLIGIBLE
+from ..precision import NEGLIGIBLE, TINY
 from .chance import Freedom, by_chance, surely_not_by_chance, tail_by_chance
 from .sampling import Seed, random_subsets
 
@@ -134,7 +134,7 @@ def consensus(
 def _samples_for(inliers: Indices, size: int, confidence: float) -> float:
     """Return the number of samples of a size of which one has inliers only, with a confidence."""
     share = np.count_nonzero(inliers) / len(inliers)
-    return log(1 - confidence) / min(log1p(-min(share**size, 1 - 1e-12)), -1e-300)
+    return log(1 - confidence) / min(log1p(-min(share**size, 1 - 1e-12)), -TINY)
 
 
 def _best_of(problem: Problem, sets: Indices, threshold: float, rng: np.random.Generator) -> tuple[Reals | None, float]:

@@ -17,7 +17,7 @@ from ..arguments import Reals
 from ..precision import TINY
 from .status import WRONG
 
-_NORMAL = 1.4826
+NORMAL = 1.4826
 """From a probability: half of normal numbers are smaller than 1 / 1.4826 standard deviations."""
 ENOUGH = 12
 """From a probability: fewer offsets have no reliable median."""
@@ -36,7 +36,7 @@ def deviation_of_most(offsets: Reals) -> float:
 
     Up to half of the offsets may be wrong.
     """
-    return _NORMAL * float(np.median(np.abs(offsets)))
+    return NORMAL * float(np.median(np.abs(offsets)))
 
 
 def tail_of(squares: Reals) -> float:

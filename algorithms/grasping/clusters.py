@@ -10,6 +10,7 @@ from generated import grasping
 
 from ..arguments import Reals
 from ..geometry.meshes import Flags
+from ..precision import TINY
 
 _BITS = 5
 """The number of bits of each coordinate in the order of the points."""
@@ -55,7 +56,7 @@ def clusters_of(points: Reals, size: int) -> Clusters:
     """Return groups of some number of points, (n, 3) with n > 0, along a curve that fills space in Morton's order."""
     columns = np.ascontiguousarray(points.T)
     low, high = columns.min(1), columns.max(1)
-    scale = (2**_BITS - 0.5) / max(float((high - low).max()), 1e-300)
+    scale = (2**_BITS - 0.5) / max(float((high - low).max()), TINY)
     x, y, z = ((columns - low[:, None]) * scale).astype(np.intp)
     order = np.argsort(_WIDE[x] << 2 | _WIDE[y] << 1 | _WIDE[z], kind="stable")
     order = order[np.minimum(np.arange(-(-len(points) // size) * size), len(points) - 1)]

@@ -11,6 +11,7 @@ from generated import pga3
 
 from ..arguments import Reals, real_array
 from ..elements import LINE, PLANE, elements
+from ..precision import NEGLIGIBLE
 from .changes import Changes
 from .computed import Method
 from .errors import DescriptionError
@@ -303,4 +304,4 @@ class Differential(Changes):
 def _rank(rows: Reals) -> int:
     """Return the rank of the columns of several Jacobians."""
     values = np.linalg.svd(np.concatenate(list(rows), axis=-1), compute_uv=False)
-    return int((values > 1e-9 * values.max(initial=0.0)).sum())
+    return int((values > NEGLIGIBLE * values.max(initial=0.0)).sum())

@@ -18,6 +18,7 @@ from generated import pga3
 
 from ..arguments import Reals, real_array
 from ..elements import LINE, MOTOR, elements
+from ..precision import NEGLIGIBLE
 from . import mjcf, urdf
 from .bodies import Body, moved
 from .denavit_hartenberg import Convention, Joint, Table, convention_of, rows_of
@@ -151,12 +152,12 @@ class Robot(Simulated):
         motor = np.array(real_array(tool, "tool", (8,), "a motor"), float)
         lengths = np.linalg.norm(lines[:, :3], axis=1, keepdims=True)
         defect = np.abs(pga3.plucker_residual(lines)).max(initial=0.0)
-        if not (lengths > 0).all() or not defect <= 1e-9 * (np.square(lines).sum(1) + 1).max(initial=0.0):
+        if not (lengths > 0).all() or not defect <= NEGLIGIBLE * (np.square(lines).sum(1) + 1).max(initial=0.0):
             raise DescriptionError(
                 f"{name}: axes: not lines; expected a nonzero direction and a moment orthogonal to it in each row"
             )
         unit = pga3.normalize_motor(motor)
-        if not np.abs(unit - motor).max() < 1e-9:
+        if not np.abs(unit - motor).max() < NEGLIGIBLE:
             raise DescriptionError(f"{name}: tool {motor}; expected a unit motor")
         for kind in kinds:
             if kind not in ("revolute", "prismatic"):

@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 import scipy
 
+from ..precision import TINY
 from .algebra import Array
 from .losses import LOSSES
 from .optimizers import Adam, Optimizer, Rprop, Schedule, Sgd
@@ -140,7 +141,7 @@ def _epoch(
             if not np.isfinite(loss):
                 return np.inf
             if clip is not None:
-                gradient = gradient * min(1, clip / max(float(np.linalg.norm(gradient)), 1e-300))
+                gradient = gradient * min(1, clip / max(float(np.linalg.norm(gradient)), TINY))
             after = network.parameters.copy()
             optimizer.step(after, gradient + decay * network.parameters, factor)
             network.parameters = after

@@ -14,6 +14,7 @@ from generated import navigation as kernels
 from generated import pga2
 
 from ..arguments import Reals, finite, finite_number, real_array
+from ..precision import TINY
 from .segments import Segments
 
 _PROBES = np.array([0.1234, 1.987, 3.456, 5.03])
@@ -223,7 +224,7 @@ def _sampled(segments: Reals, step: float) -> tuple[Reals, Reals]:
         length = float(np.linalg.norm(end - start))
         n = int(np.ceil(length / step))
         places.append(start + (end - start) * ((np.arange(n) + 0.5) / max(n, 1))[:, None])
-        directions.append(np.broadcast_to((end - start) / max(length, 1e-300), (n, 2)))
+        directions.append(np.broadcast_to((end - start) / max(length, TINY), (n, 2)))
     return np.concatenate(places), np.concatenate(directions)
 
 

@@ -14,7 +14,7 @@ from generated import navigation as kernels
 from generated import pga2
 
 from ..arguments import Reals, finite_number, real_array
-from ..precision import TINY
+from ..precision import NEGLIGIBLE, TINY
 from .navigation_status import FollowStatus, PathStatus
 from .paths import PlanarPath
 
@@ -138,7 +138,7 @@ def follow(
     speed = min(own.speed, allowed, float(np.sqrt(2 * own.deceleration * rest)))
     turn, wanted = _turn(path, pose, at, distance, angle, speed, own)
     status = FollowStatus.SLOWED if allowed < own.speed else FollowStatus.OK
-    if abs(wanted) > abs(turn) * (1 + 1e-9):
+    if abs(wanted) > abs(turn) * (1 + NEGLIGIBLE):
         status = FollowStatus.SATURATED
     return Command(speed, turn, at, distance, angle, clearance, status)
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from generated import cga2, pga2
 
 from ..arguments import Reals, real_array
+from ..precision import TINY
 from .floor_plans import FloorPlan
 from .motions import relative
 from .navigation_status import PlanStatus
@@ -269,7 +270,7 @@ def _measured(
         nearest = _to_people(safe, scanner.angles, people)
         hit = nearest < distances
         distances, walls = np.where(hit, nearest, distances), np.where(hit, PERSON, walls)
-    noisy = distances + rng.normal(scale=max(scanner.noise, 1e-300), size=distances.shape)
+    noisy = distances + rng.normal(scale=max(scanner.noise, TINY), size=distances.shape)
     strays = rng.random(distances.shape) < scanner.outliers
     shorter = rng.uniform(0.1, 1.0, distances.shape) * np.minimum(distances, scanner.max_range)
     noisy, walls = np.where(strays, shorter, noisy), np.where(strays, OUTLIER, walls)

@@ -15,6 +15,7 @@ from generated import pga3
 
 from ..arguments import Reals
 from ..evidence import WRONG
+from ..precision import NEGLIGIBLE, ROUNDING, TINY
 from .clouds import Cloud
 from .contradictions import contradiction
 from .refinement import Part, Refined, Surface, moved_points, neighbours, planes_target, refined
@@ -168,7 +169,7 @@ def score(motor: Reals, task: Task, *, own: bool = True) -> float:
 
     A pose with a smaller overlap whose surfaces coincide has a higher score than one in which they are only near.
     """
-    return float(np.exp(np.log(np.maximum(shares(motor, task, own=own), 1e-300)).mean()))
+    return float(np.exp(np.log(np.maximum(shares(motor, task, own=own), TINY)).mean()))
 
 
 def support(motor: Reals, task: Task) -> float:
@@ -198,7 +199,7 @@ def own_sharpness(task: Task) -> float:
     ratios = []
     for surface in (task.parts[0].surface, planes_target(task.source)):
         cloud = surface.cloud
-        distances = neighbours(surface, cloud.points, task.reach.gate, 1e-9 * cloud.spacing)[2]
+        distances = neighbours(surface, cloud.points, task.reach.gate, NEGLIGIBLE * cloud.spacing)[2]
         own = _near(distances, cloud.weights, task)
         ratios.append(float(own[_MIDDLE] / own[0]))
     return min(ratios)
@@ -446,7 +447,7 @@ def uncertainty(pose: Refined, task: Task) -> tuple[Reals, Reals, Reals]:
         total += sums.information / variance
         parts.append(part._replace(weights=np.ones(len(part.points)), surface=planes_of(part.surface)))
     values, vectors = np.linalg.eigh(total)
-    kept = np.maximum(values, 1e-12 * max(values[-1], 1e-300))
+    kept = np.maximum(values, ROUNDING * max(values[-1], TINY))
     covariance = (vectors / kept) @ vectors.T
     planes = refined(pose.motor, parts, [0.5 * task.reach.gate], [0.0])
     information = sum((sums.information / max(sums.weight, 1.0) for sums in planes.sums), np.zeros((6, 6)))

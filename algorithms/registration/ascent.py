@@ -12,6 +12,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, real_array
+from ..precision import TINY
 from .voting import VoteField, Votes
 
 _ROUNDS = 6
@@ -103,7 +104,7 @@ def _steps(values: Reals, offsets: Reals) -> tuple[Reals, NDArray[Any]]:
     # Along axes without a maximum, the step is as long as allowed.
     along = np.einsum("mik,mi->mk", axes, slope)
     size = np.abs(along) + np.maximum(-largest, 0)
-    curved = largest < -1e-6 * np.maximum(size, 1e-300)
+    curved = largest < -1e-6 * np.maximum(size, TINY)
     step = np.where(curved, along / np.where(curved, -largest, 1), np.sign(along))
     length = np.linalg.norm(step, axis=1)
     step /= np.maximum(length, 1)[:, None]

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from generated import tensor_voting
 
 from ..arguments import Reals, moderate, real_array
+from ..precision import ROUNDING, TINY
 from .rigid_status import RegistrationStatus
 
 FEWEST = 20
@@ -113,7 +114,7 @@ def shape_of(source: Reals, target: Reals) -> tuple[Shape, RegistrationStatus]:
     if min(len(source), len(target)) < FEWEST:
         return Shape.MIXED, RegistrationStatus.TOO_FEW_POINTS
     extents = [np.linalg.svd(points - points.mean(0), compute_uv=False) for points in (source, target)]
-    narrow, thin = (np.array([e[k] / max(e[k - 1], 1e-300) for e in extents]) for k in (1, 2))
+    narrow, thin = (np.array([e[k] / max(e[k - 1], TINY) for e in extents]) for k in (1, 2))
     if narrow.min() < _LINE and narrow.max() < _ALSO * _LINE:
         return Shape.LINE, RegistrationStatus.OK
     if narrow.min() < _STRICT:
@@ -136,7 +137,7 @@ def cloud_of(points: Reals) -> Cloud:
     far = tree.query(points, min(_NEIGHBOURS, len(points) - 1) + 1)[0][:, -1]
     spacing = float(np.median(far))
     # Of points that coincide, as in voxels that several scans fill, some or most have the distance 0.
-    ratio = np.divide(spacing, far, out=np.full_like(far, _MOST_WEIGHT), where=far > 1e-12 * spacing)
+    ratio = np.divide(spacing, far, out=np.full_like(far, _MOST_WEIGHT), where=far > ROUNDING * spacing)
     weights = np.minimum(ratio**2, _MOST_WEIGHT)
     low, high = np.quantile(far, _UNEVEN)
     return Cloud(points, tree, weights, spacing, float(high / low if low else np.inf if high else 1.0))

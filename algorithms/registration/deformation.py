@@ -10,6 +10,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, finite_number, moderate, real_array
+from ..precision import NEGLIGIBLE, TINY
 from .vote_status import DeformStatus
 
 _NODES = 6000
@@ -226,7 +227,7 @@ def _result(moved: Reals, moves: _Shift, own: Reals, others: Reals, seen: Reals)
 def _interpolated(nodes: Reals, values: Reals, at: Reals) -> Reals:
     """Interpolate values of nodes by inverse squared distances."""
     distance, row = scipy.spatial.cKDTree(nodes).query(at, k=_INTERPOLATED)
-    weight = 1 / np.maximum(distance, 1e-9 * (distance.max() + 1e-300)) ** 2
+    weight = 1 / np.maximum(distance, NEGLIGIBLE * (distance.max() + TINY)) ** 2
     weight /= weight.sum(1, keepdims=True)
     return np.asarray((values[row] * weight[..., None]).sum(1))
 

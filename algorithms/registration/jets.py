@@ -6,6 +6,8 @@ import numpy as np
 import scipy
 
 from ..arguments import Reals
+from ..evidence.noise import NORMAL
+from ..precision import NEGLIGIBLE, TINY
 from .vote_scale import quadratics
 
 _FITTED = 64
@@ -45,7 +47,7 @@ def _refined(offsets: Reals, alike: Reals, normals: Reals) -> Reals:
     frames = np.linalg.svd(normals[:, None])[2][:, 1:]
     height = (offsets @ normals[..., None])[..., 0]
     along = offsets @ frames.swapaxes(1, 2)
-    reach = np.maximum(np.sqrt((along**2).sum(2).max(1)), 1e-300)
+    reach = np.maximum(np.sqrt((along**2).sum(2).max(1)), TINY)
     along, height = along / reach[:, None, None], height / reach[:, None]
     design = quadratics(along)
     weights = alike.astype(float)
@@ -55,7 +57,7 @@ def _refined(offsets: Reals, alike: Reals, normals: Reals) -> Reals:
         weighted = (design * weights[..., None]).swapaxes(1, 2)  # products of matrices are faster than einsum
         table = weighted @ design
         size = np.einsum("npp->np", table)
-        table[:, range(design.shape[2]), range(design.shape[2])] += 1e-9 * size + 1e-30
+        table[:, range(design.shape[2]), range(design.shape[2])] += NEGLIGIBLE * size + 1e-30
         fit = np.linalg.solve(table, weighted @ height[..., None])[..., 0]
         rest = height - (design @ fit[..., None])[..., 0]
     slope = (fit[:, None, 1 : frames.shape[1] + 1] @ frames)[:, 0]
@@ -69,7 +71,7 @@ def _tukey(rest: Reals, alike: Reals) -> Reals:
     size = np.abs(rest)
     near = alike & (np.cumsum(alike, 1) <= np.maximum(alike.sum(1) // _NEAR, 1)[:, None])
     ordered = np.sort(np.where(near, size, np.inf), axis=1)
-    scale = 1.4826 * ordered[np.arange(len(rest)), near.sum(1) // 2]
+    scale = NORMAL * ordered[np.arange(len(rest)), near.sum(1) // 2]
     scale = np.where(np.isfinite(scale), scale, 0)
     share = size / np.maximum(_TUKEY * scale, 1e-12)[:, None]
     return np.asarray(np.where(share < 1, (1 - np.minimum(share, 1) ** 2) ** 2, 0))

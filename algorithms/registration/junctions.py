@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import Reals, finite_number
+from ..precision import ROUNDING
 from .ascent import climb, finite_tokens, well_apart
 from .voting import VoteField, Votes
 
@@ -81,7 +82,7 @@ def extract_junctions(
     size = found.junction
     around = [found.points[:, None] + distance * sigma * _directions(tokens.shape[1]) for distance in _AROUND]
     rings = VoteField(tokens, sigma, _NARROW).votes(np.concatenate(around, 1).reshape(-1, tokens.shape[1]))
-    ratio = size / np.maximum(rings.junction.reshape(-1, len(_AROUND) * _DIRECTIONS).max(1), 1e-12 * size)
+    ratio = size / np.maximum(rings.junction.reshape(-1, len(_AROUND) * _DIRECTIONS).max(1), ROUNDING * size)
     clear = ratio >= contrast
     return Junctions(found.points[clear], size[clear], ratio[clear])
 

@@ -16,7 +16,7 @@ from ..arguments import Reals, finite_number, moderate, real_array
 from ..elements import MOTOR, POINT, elements
 from ..evidence import Freedom, least_by_chance, log_false_alarms
 from ..evidence.misfit import is_bent
-from ..precision import NEGLIGIBLE, SINGLE
+from ..precision import NEGLIGIBLE, SINGLE, TINY
 from .lattices import step_of_lattice
 from .match_scales import likely_scales
 from .rigid import between_places
@@ -193,7 +193,7 @@ def _tail_log(first: Reals, second: Reals, x: Reals, y: Reals, off: Reals, inlie
     distance = np.linalg.norm(y - place, axis=1)
     apart = np.linalg.norm(np.asarray(pga3.move_point(second, x)) - place, axis=1)
     radius = float(off[inliers].max())
-    caps = (radius**2 - (distance - apart) ** 2) / np.maximum(4 * distance * apart, 1e-300)
+    caps = (radius**2 - (distance - apart) ** 2) / np.maximum(4 * distance * apart, TINY)
     share = np.asarray(np.clip(caps, 0, 1).mean())
     return float(log_false_alarms(len(x), np.asarray((off <= radius).sum()), share, _FREEDOM))
 

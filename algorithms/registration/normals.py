@@ -10,6 +10,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, finite_number, real_array
+from ..precision import TINY
 from .jets import jet_normals
 from .vote_scale import default_sigma
 from .vote_status import VoteStatus
@@ -85,7 +86,7 @@ def _oriented(votes: Votes) -> Reals:
         first, second = np.repeat(np.arange(n), k + 1), near.ravel()
         # Short links between parallel normals come first in the tree; a link must not have the weight 0.
         turned = 1 - np.abs((own[first] * own[second]).sum(1))
-        cost = 1e-6 + turned + 0.01 * distance.ravel() / max(distance.max(), 1e-300)
+        cost = 1e-6 + turned + 0.01 * distance.ravel() / max(distance.max(), TINY)
         kept = first != second
         links = scipy.sparse.coo_matrix((cost[kept], (first[kept], second[kept])), shape=(n, n)).tocsr()
         links = links.maximum(links.T)

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from ..arguments import Reals, real_array
 from ..extras import extra
+from ..precision import TINY
 from .deformation import Deformation
 from .extremal import Extremal
 from .junctions import Junctions
@@ -46,7 +47,7 @@ def plot_saliency(votes: Votes, depth: float | None = None, size: float = 8.0) -
     left, right = figure.subplots(1, 2)
     left.plot(*places.T, ".", ms=1.5, color="0.3")
     left.set_title("tokens")
-    drawn = right.scatter(*places.T, c=s, s=2 + 10 * s / max(s.max(initial=0), 1e-300), cmap="viridis")
+    drawn = right.scatter(*places.T, c=s, s=2 + 10 * s / max(s.max(initial=0), TINY), cmap="viridis")
     strong = s > 0.3 * s.max(initial=0)
     if strong.any():
         right.quiver(*places[strong].T, *n[strong].T, headwidth=1, headlength=0, width=0.0015, color="tab:red")

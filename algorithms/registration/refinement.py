@@ -14,6 +14,7 @@ from generated import registration as kernels
 
 from ..arguments import Reals, finite, finite_number, moderate, real_array
 from ..elements import MOTOR, POINT, Coefficients, elements
+from ..evidence.noise import NORMAL
 from ..evidence.triangles import from_triangle
 from ..precision import NEGLIGIBLE, ROUNDING
 from .clouds import Cloud, cloud_of, normals_of
@@ -139,7 +140,7 @@ def _sums_of(motor: Reals, part: Part, gate: float, fixed: float) -> tuple[Sums,
     rows, found, distances = neighbours(surface, moved_points(motor, part), gate)
     if not found.any():
         return Sums(np.zeros((6, 6)), 0.0, 0.0, distances), np.zeros(6)
-    scale = fixed or max(3 * 1.4826 * float(np.median(distances[found])), 1e-6 * gate)
+    scale = fixed or max(3 * NORMAL * float(np.median(distances[found])), 1e-6 * gate)
     points, targets = part.points, surface.cloud.points
     directions, across, along = surface.directions, surface.across, surface.along
     if part.back:

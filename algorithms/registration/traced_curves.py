@@ -10,6 +10,7 @@ import scipy
 from numpy.typing import NDArray
 
 from ..arguments import Reals
+from ..precision import TINY
 from .ascent import climb, well_apart
 from .extremal import Extremal, no_extremal
 from .voting import VoteField, Votes
@@ -144,7 +145,7 @@ class _Tracer:
         ring = np.stack([np.cos(turn), np.sin(turn)], 1) if d == 3 else np.array([[-1.0], [1.0]])
         places = votes.points[:, None] + self._sigma * np.einsum("rk,nkd->nrd", ring, votes.axes[:, :-1])
         around = self._field.votes(places.reshape(-1, d)).curve.reshape(n, len(ring)).mean(1)
-        return float(np.median(votes.curve / np.maximum(around, 1e-300)))
+        return float(np.median(votes.curve / np.maximum(around, TINY)))
 
     def _neighbours(self, found: _Vertices, steps: float) -> NDArray[np.int64]:
         """Return the closest vertices (2, n) ahead and behind, up to a number of steps away, or -1."""
@@ -155,7 +156,7 @@ class _Tracer:
             own, other = np.concatenate([pairs, pairs[:, ::-1]]).T
             offset = found.places[other] - found.places[own]
             distance = np.linalg.norm(offset, axis=1)
-            cosine = (offset * found.tangents[own]).sum(1) / np.maximum(distance, 1e-300)
+            cosine = (offset * found.tangents[own]).sum(1) / np.maximum(distance, TINY)
             order = np.argsort(-distance, kind="stable")
             for side, chosen in enumerate((cosine >= _AHEAD, cosine <= -_AHEAD)):
                 rows = order[chosen[order]]

@@ -7,6 +7,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from ..arguments import Reals, moderate
+from ..precision import TINY
 
 _NEIGHBOURS = 16
 """Tokens within three times the least scale."""
@@ -57,7 +58,7 @@ def sigmas(places: Reals) -> Reals:
     noise = _noise(places, near)
     some = tree if step == 1 else scipy.spatial.cKDTree(places[rows])
     around = some.query(places, k=min(count, len(rows)))[1].reshape(len(places), -1)
-    ratio = np.median(noise[around], 1) / np.maximum(spacing, 1e-300)
+    ratio = np.median(noise[around], 1) / np.maximum(spacing, TINY)
     return np.asarray(spacing * np.clip(_GROWTH * np.cbrt(ratio), _LEAST, _LARGEST))
 
 
@@ -78,7 +79,7 @@ def _noise(places: Reals, near: Reals) -> Reals:
     axes = np.linalg.eigh(offsets.swapaxes(1, 2) @ offsets)[1]
     own = offsets @ axes
     height, along = own[..., 0], own[..., 1:]
-    along = along / np.maximum(np.abs(along).max((1, 2), keepdims=True), 1e-300)
+    along = along / np.maximum(np.abs(along).max((1, 2), keepdims=True), TINY)
     design = quadratics(along)
     freedom = near.shape[1] - design.shape[2]
     if freedom <= 0:
@@ -91,5 +92,5 @@ def _noise(places: Reals, near: Reals) -> Reals:
         fit = (q @ (q.swapaxes(1, 2) @ (root * height)[..., None]))[..., 0]
         rest = height - fit / np.maximum(root, 1e-6)
         scale = np.median(np.abs(rest), 1, keepdims=True) / 0.6745
-        weights = 1 / (1 + (rest / np.maximum(3 * scale, 1e-300)) ** 2) ** 2
+        weights = 1 / (1 + (rest / np.maximum(3 * scale, TINY)) ** 2) ** 2
     return np.asarray(np.median(np.abs(rest), 1) / (0.6745 * np.sqrt(freedom / near.shape[1])))

@@ -14,6 +14,7 @@ import scipy
 from numpy.typing import NDArray
 
 from ..arguments import Reals
+from ..precision import TINY
 
 Integers = NDArray[np.int64]
 
@@ -108,7 +109,7 @@ def plate_table(curvature: float) -> PlateTable:
     )
     found = []
     for sine, top in kinds:
-        s = np.maximum(sine, 1e-300)[..., None]
+        s = np.maximum(sine, TINY)[..., None]
         gone = np.arcsin(np.minimum(1, _GONE * distance / (2 * np.sqrt(curvature) * s)))
         turn, weight = _nodes(np.minimum(np.broadcast_to(top, flat.shape)[..., None], gone))
         decay = 4 / np.pi * _decay(distance, np.minimum(s * np.sin(turn), 1), curvature) * weight

@@ -10,6 +10,8 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, as_given, finite, finite_number, real_array
+from ..evidence.noise import NORMAL
+from ..precision import TINY
 from .colour_status import ColourStatus
 from .images import Mask
 from .level_lines import level_line
@@ -157,7 +159,7 @@ def noise_of_image(image: Reals) -> float:
 
     It is at least what rounding to 1 / 255 of the largest value gives.
     """
-    least = 0.3 / 255 * max(float(np.abs(image).max()), 1e-300)
+    least = 0.3 / 255 * max(float(np.abs(image).max()), TINY)
     if image.shape[1] < 3:
         return least
     second = image[:, 2:] - 2 * image[:, 1:-1] + image[:, :-2]
@@ -190,12 +192,12 @@ def _given_model(given: Reals) -> _Model:
 
 def _model_of(pixels: Reals, model: _Model) -> _Model:
     """Return a model with the robust mean and covariance of the chromaticity of pixels (n, 3) of the object."""
-    along = np.maximum(pixels @ model.axes[0], 1e-300)
+    along = np.maximum(pixels @ model.axes[0], TINY)
     across = pixels @ model.axes[1:].T / along[:, None]
     middle = np.median(across, axis=0)
     off = across - middle
     far = np.sqrt(np.square(off).sum(1))
-    usual = off[far <= 3 * 1.4826 * np.median(far) + 1e-12]
+    usual = off[far <= 3 * NORMAL * np.median(far) + 1e-12]
     covariance = usual.T @ usual / max(len(usual), 1) + np.eye(2) * _LEAST_SPREAD**2
     return model._replace(middle=middle, covariance=covariance)
 
@@ -257,7 +259,7 @@ def _nearest(part: Reals, where: Mask) -> Reals:
     weight = scipy.ndimage.gaussian_filter(where.astype(float), _AVERAGE)
     sums = scipy.ndimage.gaussian_filter(part * where[..., None], (_AVERAGE, _AVERAGE, 0))
     at = scipy.ndimage.distance_transform_edt(~where, return_distances=False, return_indices=True)
-    return np.asarray((sums / np.maximum(weight, 1e-300)[..., None])[tuple(at)])
+    return np.asarray((sums / np.maximum(weight, TINY)[..., None])[tuple(at)])
 
 
 def _shares(pixels: Reals, front: Reals, behind: Reals, noise: float) -> Reals:
@@ -271,7 +273,7 @@ def _shares(pixels: Reals, front: Reals, behind: Reals, noise: float) -> Reals:
     bb = np.einsum("ij,ij->i", behind, behind) + trust
     fp = np.einsum("ij,ij->i", front, pixels) + trust
     bp = np.einsum("ij,ij->i", behind, pixels) + trust
-    rest = (ff * bp - fb * fp) / np.maximum(ff * bb - fb * fb, 1e-300)
+    rest = (ff * bp - fb * fp) / np.maximum(ff * bb - fb * fb, TINY)
     return np.asarray(np.clip(1 - rest, 0, 1))
 
 

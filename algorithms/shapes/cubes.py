@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from generated import vga3
 
 from ..arguments import Reals
+from ..precision import NEGLIGIBLE
 
 Integers = NDArray[np.integer[Any]]
 CORNERS = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)])
@@ -32,7 +33,7 @@ def rotors() -> Reals:
     for rotor in found:
         for quarter in quarters:
             product = np.asarray(vga3.rotor_product(quarter, rotor))
-            if not any(abs(abs(product @ other) - 1) < 1e-9 for other in found):
+            if not any(abs(abs(product @ other) - 1) < NEGLIGIBLE for other in found):
                 found.append(product)
     return np.array(found)
 

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from generated import shapes
 
 from ..arguments import Reals, finite, positive_number, real_array, whole_number
+from ..precision import TINY
 from .images import checked_image, checked_spacing
 
 _FACTOR, _SPREAD = 4.0, 16.0
@@ -65,7 +66,7 @@ def forces(image: Reals, sharpness: float, sigma: float, step: Reals) -> tuple[R
     orders = np.eye(image.ndim, dtype=int)
     slopes = [scipy.ndimage.gaussian_filter(image, sigma, order) / step[a] for a, order in enumerate(orders)]
     edges = np.linalg.norm(slopes, axis=0)
-    force = np.stack(np.gradient(edges / max(float(edges.max()), 1e-300), *step))
+    force = np.stack(np.gradient(edges / max(float(edges.max()), TINY), *step))
     return force, np.exp(-np.sqrt((force**2).sum(0)) / sharpness)
 
 
@@ -140,4 +141,4 @@ def streamline_samples(flow: Reals, starts: Reals, count: int = 60, length: floa
 
 def _direction(flow: Reals, at: Reals) -> Reals:
     found = np.stack([scipy.ndimage.map_coordinates(part, at.T, order=1, mode="nearest") for part in flow], -1)
-    return np.asarray(found / np.maximum(np.linalg.norm(found, axis=1, keepdims=True), 1e-300))
+    return np.asarray(found / np.maximum(np.linalg.norm(found, axis=1, keepdims=True), TINY))

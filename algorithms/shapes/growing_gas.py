@@ -17,6 +17,7 @@ from generated import pga2, pga3, shapes
 
 from ..arguments import Reals, moderate, real_array, whole_number
 from ..evidence import WRONG
+from ..precision import TINY
 from .gas_status import GasStatus
 from .gas_topology import Integers, betti_numbers, witnessed
 from .images import checked_image
@@ -170,7 +171,7 @@ def _edge_samples(image: Reals) -> Reals:
     here = size[rows, columns]
     top = (here >= before) & (here > after)
     bend = np.where(top, 2 * here - before - after, 1)
-    shift = np.where(top, 0.5 * (after - before) / np.maximum(bend, 1e-300), 0)
+    shift = np.where(top, 0.5 * (after - before) / np.maximum(bend, TINY), 0)
     return np.asarray((at + shift[:, None] * along)[top])
 
 
@@ -248,7 +249,7 @@ class _Growing:
         ).reshape(-1, d, d)
         values, vectors = np.linalg.eigh(table)
         across, along = values[:, : d - self.dimension].mean(1), values[:, d - self.dimension :].mean(1)
-        width = float(np.median(np.sqrt(np.maximum(across, 0) / np.maximum(along, 1e-300))))
+        width = float(np.median(np.sqrt(np.maximum(across, 0) / np.maximum(along, TINY))))
         axes = vectors[:, :, 0 if self.dimension == d - 1 else -1]
         axes = axes * np.where((axes * self._axes()).sum(1) < 0, -1.0, 1.0)[:, None]
         moved = shapes.moved_contour_nodes if d == 2 else shapes.moved_surface_nodes

@@ -9,6 +9,7 @@ import scipy
 from numpy.typing import NDArray
 
 from ..arguments import Reals
+from ..precision import TINY
 from .images import Mask
 
 _BINS = 128
@@ -85,6 +86,6 @@ def _steepest_level(field: Reals) -> float:
     usable = (below > 0.01) & (below < 0.99) & (length > 0.02 * length.max())
     # The mean of the gradient along a line is the sum of squares over the sum, as the width of a bin on the image is
     # inverse to the gradient.
-    score = np.where(usable, squares / np.maximum(length, 1e-300), 0)
+    score = np.where(usable, squares / np.maximum(length, TINY), 0)
     best = int(score.argmax())
     return float((edges[best] + edges[best + 1]) / 2)

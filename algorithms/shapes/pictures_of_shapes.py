@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from ..arguments import Reals
+from ..precision import TINY
 from .contours import Contour
 from .images import Mask
 from .surfaces import Surface
@@ -37,7 +38,7 @@ def plot_flow(image: ArrayLike, flow: Reals, samples: Reals, size: float = 5.0, 
     axis.imshow(np.asarray(image), cmap="gray")
     grid = np.indices(flow.shape[1:])[:, ::step, ::step]
     rows, columns = grid[0], grid[1]
-    arrows = flow[:, ::step, ::step] / np.maximum(np.linalg.norm(flow[:, ::step, ::step], axis=0), 1e-300)
+    arrows = flow[:, ::step, ::step] / np.maximum(np.linalg.norm(flow[:, ::step, ::step], axis=0), TINY)
     axis.quiver(columns, rows, arrows[1], arrows[0], angles="xy", color=_NODE)
     axis.plot(samples[:, 1], samples[:, 0], ".", color=_LINE, markersize=3)
     return figure

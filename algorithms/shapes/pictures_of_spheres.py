@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from ..arguments import Reals
 from ..extras import extra
+from ..precision import TINY
 from .rasterising import checked_balls, checked_mask, checked_spacing
 from .sphere_matching import SphereRegistration
 
@@ -55,4 +56,4 @@ def plot_matches(a: ArrayLike, b: ArrayLike, found: SphereRegistration) -> Figur
 
 
 def _relative(radii: Reals) -> Reals:
-    return 10 * radii / max(float(radii.max(initial=0)), 1e-300)
+    return 10 * radii / max(float(radii.max(initial=0)), TINY)

@@ -9,6 +9,7 @@ import scipy
 
 from ..arguments import Reals
 from ..evidence import Freedom, least_by_chance, log_choices
+from ..precision import TINY
 from .sphere_maps import Map, fitted_map, stretch
 
 _FOLDS = 5
@@ -60,7 +61,7 @@ def log_chance(
 
     def share(limits: Reals) -> Reals:
         # Few nearest ones do not give a share: below them, it falls with the volume.
-        least = max(wrong[min(_NEAREST, len(wrong)) - 1], 1e-300)
+        least = max(wrong[min(_NEAREST, len(wrong)) - 1], TINY)
         counted = np.searchsorted(wrong, np.maximum(limits, least), side="right") / len(wrong)
         return np.asarray(counted * np.minimum(limits / least, 1) ** _FREEDOM.codimension)
 

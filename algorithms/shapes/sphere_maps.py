@@ -11,7 +11,7 @@ from generated import cga3
 
 from ..arguments import Reals
 from ..motors.recovery import similarity_from_points
-from ..precision import SINGLE
+from ..precision import SINGLE, TINY
 
 Map = Callable[[Reals], Reals]
 _LEAST_WEIGHT = 1e-3
@@ -51,7 +51,7 @@ def fitted_map(kind: str, points: Reals, targets: Reals, weights: Reals, stiffne
 def dimensions(points: Reals) -> int:
     """Return of how many dimensions points (n, 3) are: 3 in space, 2 in a plane, 1 on a line."""
     extents = np.linalg.svd(points - points.mean(0), compute_uv=False)
-    return int((extents > SINGLE * max(extents[0], 1e-300)).sum())
+    return int((extents > SINGLE * max(extents[0], TINY)).sum())
 
 
 def _affine(points: Reals, targets: Reals, weights: Reals) -> Map:

@@ -8,6 +8,7 @@ from generated import pga3
 from generated import registration as kernels
 
 from ..arguments import Reals
+from ..precision import TINY
 from ..registration.hypotheses import rotation_grid
 from ..registration.weighted_matches import form_about_means
 from .sphere_maps import Map
@@ -32,7 +33,7 @@ def likely_poses(first: Reals, second: Reals) -> list[Map]:
     """Return the poses that assign most balls to each other, best first, for models of size 1 about the origin."""
     one, two = (balls[np.argsort(-balls[:, 3], kind="stable")[:_BALLS]] for balls in (first, second))
     x, y = np.ascontiguousarray(one[:, :3]), np.ascontiguousarray(two[:, :3])
-    between = (one[:, None, 3] - two[:, 3]) / np.maximum(one[:, None, 3] + two[:, 3], 1e-300)
+    between = (one[:, None, 3] - two[:, 3]) / np.maximum(one[:, None, 3] + two[:, 3], TINY)
     alike = np.exp(-_RADII * between**2)
     zero = np.zeros(3)
     motors = np.asarray(kernels.motor_of_rotor(rotation_grid(_ROTATIONS), zero, zero))
@@ -46,7 +47,7 @@ def likely_poses(first: Reals, second: Reals) -> list[Map]:
         share /= share.sum(2, keepdims=True) + OUTLIER
         matched = share.sum(2)
         scores = matched.sum(1)
-        target = share @ y / np.maximum(matched, 1e-300)[..., None]
+        target = share @ y / np.maximum(matched, TINY)[..., None]
         form, from_here, to_here = form_about_means(x, target, matched)
         motors = np.asarray(kernels.motor_of_rotor(np.linalg.eigh(form)[1][:, :, 0], from_here, to_here))
     chosen: list[int] = []

@@ -7,6 +7,7 @@ import scipy
 from numpy.typing import NDArray
 
 from ..arguments import Reals
+from ..precision import TINY
 from .surface_samples import Samples
 
 _DENSITY = 4
@@ -47,12 +48,12 @@ def _distance(p: Reals, corners: Reals) -> Reals:
     """Distance of each point from its triangle: from the plane if the foot is within, else from the nearest side."""
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     normal = np.cross(b - a, c - a)
-    square = np.maximum((normal**2).sum(1), 1e-300)
+    square = np.maximum((normal**2).sum(1), TINY)
     within = np.ones(len(p), bool)
     least = np.full(len(p), np.inf)
     for one, two in ((a, b), (b, c), (c, a)):
         side, away = two - one, p - one
         within &= (np.cross(side, away) * normal).sum(1) >= 0
-        t = np.clip((side * away).sum(1) / np.maximum((side**2).sum(1), 1e-300), 0, 1)
+        t = np.clip((side * away).sum(1) / np.maximum((side**2).sum(1), TINY), 0, 1)
         least = np.minimum(least, np.linalg.norm(away - t[:, None] * side, axis=1))
     return np.where(within, np.abs(((p - a) * normal).sum(1)) / np.sqrt(square), least)

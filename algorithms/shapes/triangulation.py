@@ -7,6 +7,7 @@ import scipy
 from numpy.typing import NDArray
 
 from ..arguments import Reals
+from ..precision import NEGLIGIBLE, ROUNDING, TINY
 from .surface_samples import Samples
 
 Triangles = NDArray[np.intp]
@@ -25,7 +26,7 @@ def closed_triangles(nodes: Reals, samples: Samples, tree: scipy.spatial.cKDTree
     p = nodes[corners]
     edges = p[:, 1:] - p[:, :1]
     volume = np.linalg.det(edges)
-    flat = np.abs(volume) < 1e-12 * np.abs(edges).max((1, 2)) ** 3
+    flat = np.abs(volume) < ROUNDING * np.abs(edges).max((1, 2)) ** 3
     safe = np.where(flat[:, None, None], np.eye(3), edges)
     centres = p[:, 0] + np.linalg.solve(safe, (edges**2).sum(2)[:, :, None] / 2)[:, :, 0]
     centres = np.where(flat[:, None], p.mean(1), centres)
@@ -85,8 +86,8 @@ def is_inside(points: Reals, samples: Samples, tree: scipy.spatial.cKDTree) -> N
     _, rows = tree.query(points, _VOTES)
     away = points[:, None] - samples.places[rows]
     lengths = np.linalg.norm(away, axis=2)
-    cosines = (away * samples.normals[rows]).sum(2) / np.maximum(lengths, 1e-300)
-    return np.asarray((cosines / np.maximum(lengths, 1e-12 + 1e-9 * lengths.max(initial=0))).sum(1) < 0)
+    cosines = (away * samples.normals[rows]).sum(2) / np.maximum(lengths, TINY)
+    return np.asarray((cosines / np.maximum(lengths, 1e-12 + NEGLIGIBLE * lengths.max(initial=0))).sum(1) < 0)
 
 
 def faults(triangles: Triangles) -> NDArray[np.intp]:

@@ -9,7 +9,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import real_array
-from ..precision import EIGENVALUE, NEGLIGIBLE, ROUNDING, SINGLE
+from ..precision import EIGENVALUE, NEGLIGIBLE, ROUNDING, SINGLE, TINY
 from .blade import LARGEST, Floats, _finite, check_dimension, flat
 from .gram import gram_matrix
 
@@ -108,7 +108,7 @@ def _by_polynomials(matrices: Floats, metric: Floats) -> tuple[Floats, NDArray[n
     order = np.argsort(-np.abs(squares), axis=-1)
     # rates come in pairs of opposite sign, and in odd dimensions the smallest is 0
     rates = np.take_along_axis(squares, order, -1)[..., : 2 * m].reshape(-1, m, 2)
-    size = np.maximum(np.abs(rates).max((-1, -2)), 1e-300)
+    size = np.maximum(np.abs(rates).max((-1, -2)), TINY)
     good = (np.abs(rates.imag).max((-1, -2)) < SINGLE * size) & (np.ptp(rates.real, axis=-1).max(-1) < SINGLE * size)
     mean = rates.real.mean(-1)
     parts = np.zeros((len(matrices), m, n, n))

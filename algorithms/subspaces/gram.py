@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import real_array
-from ..precision import ROUNDING
+from ..precision import ROUNDING, TINY
 from .blade import Floats
 
 
@@ -32,7 +32,7 @@ def gram_matrix(gram: ArrayLike | None, n: int) -> Floats:
 def is_degenerate(gram: Floats) -> bool:
     """Return whether some nonzero vector is orthogonal to all vectors."""
     sizes = np.abs(np.linalg.eigvalsh(gram))
-    return bool(sizes.min() <= ROUNDING * max(sizes.max(), 1e-300))
+    return bool(sizes.min() <= ROUNDING * max(sizes.max(), TINY))
 
 
 def nullity(gram: Floats) -> int:

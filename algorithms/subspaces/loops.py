@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from ..precision import ROUNDING
+from ..precision import ROUNDING, TINY
 
 _COMPILED = {"cache": True, "error_model": "numpy", "fastmath": {"reassoc", "contract", "nsz"}}
 """Sums may be reordered; infinities and NaNs are respected."""
@@ -155,7 +155,7 @@ def _jacobi(work: Any, other: Any, b: int) -> float:
             for h in range(i + 1, b):
                 alpha, beta = _dot(work, 0, i, work, 0, i), _dot(work, 0, h, work, 0, h)
                 gamma = _dot(work, 0, i, work, 0, h)
-                if abs(gamma) <= 1e-15 * np.sqrt(alpha * beta) or abs(gamma) < 1e-300:
+                if abs(gamma) <= 1e-15 * np.sqrt(alpha * beta) or abs(gamma) < TINY:
                     continue
                 rotated = True
                 zeta = (beta - alpha) / (2.0 * gamma)

@@ -73,7 +73,7 @@ def reflections_of(matrix: ArrayLike, gram: ArrayLike | None = None) -> Floats:
     if definite:
         return _by_planes(array)
     squares, turn = np.linalg.eigh(metric)
-    null = np.abs(squares) <= 1e-12 * np.abs(squares).max()
+    null = np.abs(squares) <= ROUNDING * np.abs(squares).max()
     if not null.any():
         return _by_steps(array, metric)
     # the unit of directions that are orthogonal to all is arbitrary; it is chosen so that translations have size 1

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import real_array
-from ..precision import ROUNDING
+from ..precision import ROUNDING, TINY
 from .blade import LARGEST, FactoredBlade, Floats, _finite, _made, check_dimension, flat
 from .duals import metric_factors
 from .gram import gram_matrix, nullity
@@ -54,7 +54,7 @@ class FactoredVersor:
             volume = lengths.prod(-1)
         unit = rows / np.where(lengths > 0, lengths, 1.0)[..., None]
         squares = np.abs((unit @ matrix * unit).sum(-1))
-        bad = squares <= ROUNDING * max(np.abs(matrix).max(), 1e-300)
+        bad = squares <= ROUNDING * max(np.abs(matrix).max(), TINY)
         if bad.any():
             at = tuple(int(i) for i in np.argwhere(bad)[0])
             raise ValueError(f"vectors: the vector at {at} is null or zero; expected vectors that have inverses")

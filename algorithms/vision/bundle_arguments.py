@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, as_given, listed, real_array
+from ..precision import ROUNDING, SINGLE
 from .bundle_results import Observations
 from .camera import Camera, matrix_of
 from .distortion import Distortion
@@ -59,7 +60,7 @@ def checked_cameras(cameras: Cameras) -> tuple[Reals, Reals]:
     finite = np.isfinite(motors).all(1)
     unit = pga3.normalize_motor(np.where(finite[:, None], motors, np.eye(8)[0])) if len(motors) else motors
     scale = np.maximum(1, np.abs(np.where(finite[:, None], motors, 0)).max(1, initial=0))
-    off = finite & ~(np.abs(motors - unit).max(1, initial=0) < 1e-6 * scale)
+    off = finite & ~(np.abs(motors - unit).max(1, initial=0) < SINGLE * scale)
     if off.any():
         raise ValueError(f"cameras: the pose of camera {int(off.argmax())} is not a unit motor; expected m ~m = 1")
     return matrices, motors
@@ -236,7 +237,7 @@ def checked_lenses(
     for k, name in enumerate(wanted):
         if name == "f" and c:
             ratio = lenses[:, 1] / lenses[:, 0]
-            if not np.allclose(ratio, ratio[0], rtol=1e-12, atol=0):
+            if not np.allclose(ratio, ratio[0], rtol=ROUNDING, atol=0):
                 raise ValueError("estimated: f of cameras with different fy / fx; expected fx and fy, or equal ratios")
             columns[:2, k] = 1, ratio[0]
         elif name != "f":

@@ -11,7 +11,7 @@ import numpy as np
 from ..arguments import Reals
 from ..evidence.sparse_factors import Factor, factorized, least_directions
 from ..evidence.triangles import from_triangle
-from ..precision import CONVERGED, EIGENVALUE, ROUNDING, SQUARED
+from ..precision import CONVERGED, EIGENVALUE, ROUNDING, SQUARED, TINY
 from .bundle_scene import State
 from .bundle_system import BLOCK, Equations, Layout, moved
 
@@ -177,7 +177,7 @@ class Information:
         for each in self.equations.sums:
             n = each.item_gradient.shape[1]
             values = np.linalg.eigvalsh(from_triangle(np.where(np.isfinite(each.squares), each.squares, 0), n))
-            found.append(np.asarray(1 / np.maximum(values[:, 0], EIGENVALUE * values[:, -1] + 1e-300)))
+            found.append(np.asarray(1 / np.maximum(values[:, 0], EIGENVALUE * values[:, -1] + TINY)))
         return found
 
     def covariances(self, with_items: bool) -> tuple[Reals, Reals, list[Reals]] | None:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import lenses, pga3, projective2, projective3
 
 from ..arguments import Reals, finite_number, real_array
+from ..precision import SINGLE
 from .distortion import Distortion
 
 
@@ -273,7 +274,7 @@ def _unit_motor(pose: ArrayLike) -> NDArray[np.float64]:
     motor = np.array(real_array(pose, "pose", (8,), "one unit motor"), np.float64)
     if motor.ndim != 1:
         raise ValueError(f"pose: shape {motor.shape}; expected (8), one unit motor")
-    if not np.abs(motor - pga3.normalize_motor(motor)).max() < 1e-6:
+    if not np.abs(motor - pga3.normalize_motor(motor)).max() < SINGLE:
         raise ValueError("pose: not a unit motor; expected m ~m = 1; use pga3.normalize_motor(pose)")
     motor.flags.writeable = False
     return motor

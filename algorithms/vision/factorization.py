@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from generated import projective3
 
 from ..arguments import Reals, as_given, real_array
-from ..precision import EIGENVALUE, ROOT, SINGLE
+from ..precision import EIGENVALUE, ROOT, ROUNDING, SINGLE
 from .degeneracy import degenerate
 from .fundamental import eight_points, refined
 from .linear_cameras import linear_cameras_of
@@ -260,7 +260,7 @@ def _settled(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> tuple[
 
 def _depths(cameras: Reals, points: Reals) -> Reals:
     depth = np.abs(np.einsum("vj,nj->vn", cameras[:, 2], points))
-    return np.asarray(np.maximum(depth, 1e-12 * depth.max()))
+    return np.asarray(np.maximum(depth, ROUNDING * depth.max()))
 
 
 def _error(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> float:

@@ -24,7 +24,7 @@ from ..evidence import (
     rank,
 )
 from ..evidence.triangles import from_triangle
-from ..precision import ROOT
+from ..precision import ROOT, TINY
 from .degeneracy import usual_noise
 from .pose_refinement import EXPLAINED, camera_motors, motions_between
 from .pose_starts import reversed_pose
@@ -335,7 +335,7 @@ def _minima(cameras: Reals, places: Reals, image: Reals) -> _Cameras:
 
 def _offsets(found: _Cameras, i: int) -> Reals:
     """Return the steps (m, 7) from one of the cameras to all."""
-    unit = max(float(np.linalg.norm(np.nan_to_num(found.matrix[i, :, 3]))), 1e-300)
+    unit = max(float(np.linalg.norm(np.nan_to_num(found.matrix[i, :, 3]))), TINY)
     with np.errstate(all="ignore"):
         change = np.log(found.focal / found.focal[i])
     motions = motions_between(found.matrix[i], found.matrix, unit)

@@ -18,7 +18,7 @@ from ..arguments import Reals
 from ..evidence import WRONG, Freedom, all_or_some_sets, log_false_alarms, share_of, unrelated
 from ..evidence.sampling import without_copies
 from ..evidence.status import RARE
-from ..precision import CONVERGED
+from ..precision import CONVERGED, TINY
 from .starts import ROUNDS
 
 Flags = NDArray[np.bool_]
@@ -119,7 +119,7 @@ def agreeing(
     """Of the sum of the squares of three standard normal variables."""
     found = np.nan_to_num(squares(place(all_or_some_sets(n_items, sample_size, _SAMPLES)), one, two), nan=np.inf)
     medians = np.partition(found, most, axis=1)[:, most]
-    best = found[int(np.argmin(np.log(medians + 1e-300).sum(-1)))]
+    best = found[int(np.argmin(np.log(medians + TINY).sum(-1)))]
     variance = np.maximum(np.median(best, axis=0) / median, 1e-30)
     chosen = np.argsort((best / variance).sum(-1), kind="stable")[: most + 1]
     inliers = np.zeros(n_items, bool)

@@ -15,7 +15,7 @@ from generated import hand_eye as kernels
 from generated import pga3
 
 from ..arguments import Reals
-from ..precision import ROOT, SINGLE
+from ..precision import ROOT, SINGLE, TINY
 from . import hand_eye_noise as noises
 from .hand_eye_noise import called
 from .hand_eye_results import HandEyeStatus
@@ -167,7 +167,7 @@ def _least_translated(table: Reals) -> Reals:
     Among equivalent vectors, damping selects one with a small translational part.
     """
     across = table[:, 4:, 4:].copy()
-    across[:, range(4), range(4)] += (noises.DAMPING * np.trace(table, axis1=1, axis2=2) + 1e-300)[:, None]
+    across[:, range(4), range(4)] += (noises.DAMPING * np.trace(table, axis1=1, axis2=2) + TINY)[:, None]
     back = np.linalg.solve(across, table[:, 4:, :4])
     rotation = np.linalg.eigh(table[:, :4, :4] - table[:, :4, 4:] @ back)[1][..., 0]
     return np.concatenate([rotation, -(back @ rotation[..., None])[..., 0]], -1)

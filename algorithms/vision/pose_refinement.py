@@ -11,6 +11,7 @@ from generated import camera_poses, pga3
 from ..arguments import Reals
 from ..evidence import WRONG, Noise, differ, growth_by_threshold, likely, likely_bounds
 from ..evidence.noise import USUAL_WEIGHT
+from ..precision import TINY
 from .plane_adjustment import N_POSE
 from .pose_starts import pose_starts
 from .robust import ALL
@@ -176,7 +177,7 @@ def motions_between(first: Reals, second: Reals, unit: Reals | float) -> Reals:
 def _depth(matrix: Reals) -> Reals:
     """Return the distances of the centroids of points from cameras (..., 3, 4): the unit of translations."""
     shift = matrix[..., 3]
-    return np.asarray(np.maximum(np.sqrt(np.vecdot(shift, shift)), 1e-300))
+    return np.asarray(np.maximum(np.sqrt(np.vecdot(shift, shift)), TINY))
 
 
 def camera_motors(matrix: Reals, centroid: Reals) -> Reals:

@@ -12,7 +12,7 @@ from generated import pga3
 
 from ..arguments import Reals
 from ..evidence import WRONG, largest_ratio
-from ..precision import NEGLIGIBLE
+from ..precision import NEGLIGIBLE, SQUARED
 from .camera import Camera, intrinsics_of, matrix_of
 from .distortion import NAMES, Distortion
 from .plane_adjustment import N_INTRINSICS, N_POSE, Descended, Lens, Views, adjusted, descended, sums_of
@@ -100,7 +100,7 @@ class StereoFit:
             own = [_free(eye.lens) for eye in self.eyes]
             self.used = np.concatenate([own[0], own[1] + counts[0], self.of_motor])
         self.exact = sum(
-            1e-26 * float((eye.views.weights[..., None] * eye.views.pixels**2).sum()) / variance
+            SQUARED * float((eye.views.weights[..., None] * eye.views.pixels**2).sum()) / variance
             for eye, variance in zip(self.eyes, self.variances, strict=True)
         )
 

@@ -16,7 +16,7 @@ from generated import projective3
 
 from ..arguments import Reals
 from ..evidence import random_sets
-from ..evidence.noise import ENOUGH
+from ..evidence.noise import ENOUGH, NORMAL
 from ..precision import NEGLIGIBLE
 from .fundamental import eight_points
 from .linear_cameras import camera_equations, unit_moments
@@ -50,7 +50,7 @@ def majority_of_pair(one: Reals, two: Reals) -> Flags:
         median = np.median(np.nan_to_num(off, nan=np.inf), axis=1)
         best = int(np.argmin(median))
         # Finite-sample correction of Rousseeuw and Leroy (1987), for the points that are not in the sample.
-        noise = 1.4826 * (1 + 5 / (n - 8)) * median[best]
+        noise = NORMAL * (1 + 5 / (n - 8)) * median[best]
         return np.asarray(off[best] <= np.maximum(_SURE * noise, NEGLIGIBLE))
 
     return _by_samples(n, 8, fitting)

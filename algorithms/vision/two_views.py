@@ -170,7 +170,7 @@ def epipoles(fundamental: ArrayLike) -> tuple[Reals, Reals]:
     if not np.isfinite(matrix).all():
         raise ValueError("fundamental: a number is not finite; expected a matrix of rank 2")
     left, values, right = np.linalg.svd(matrix)
-    if np.any(values[..., 1] <= 1e-12 * values[..., 0]) or np.any(values[..., 2] > 1e-3 * values[..., 1]):
+    if np.any(values[..., 1] <= ROUNDING * values[..., 0]) or np.any(values[..., 2] > 1e-3 * values[..., 1]):
         raise ValueError("fundamental: a matrix of another rank; expected rank 2")
     return right[..., 2, :], left[..., :, 2]
 

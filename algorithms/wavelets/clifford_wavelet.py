@@ -127,7 +127,7 @@ def clifford_wavelet(
     check_finite(array, "field")
     unit_rotors = real_array(rotors, "rotors", (4,), "unit rotors").astype(float).reshape(-1, 4)
     check_finite(unit_rotors, "rotors")
-    if np.abs(np.linalg.norm(unit_rotors, axis=-1) - 1).max() > 1e-6:
+    if np.abs(np.linalg.norm(unit_rotors, axis=-1) - 1).max() > SINGLE:
         raise ValueError("rotors: not of norm 1; expected unit rotors, such as of vga3.rotor_from_axis_angle")
     sizes = [positive_number(a, "scales") for a in scales]
     centre = np.array([positive_number(frequency, "frequency"), 0, 0])

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, positive_number, real_array
+from ..precision import SINGLE
 from .clifford_wavelet import covered_by, nearest_field
 from .discrete import check_finite
 from .pseudoscalar_fourier import ipseudoscalar_fft, pseudoscalar_fft
@@ -106,7 +107,7 @@ def clifford_wavelet_nd(
     check_finite(array, "field")
     matrices = real_array(turns, "turns", (n, n), "orthogonal matrices").astype(float).reshape(-1, n, n)
     check_finite(matrices, "turns")
-    if np.abs(matrices @ np.swapaxes(matrices, 1, 2) - np.eye(n)).max() > 1e-6:
+    if np.abs(matrices @ np.swapaxes(matrices, 1, 2) - np.eye(n)).max() > SINGLE:
         raise ValueError("turns: not orthogonal; expected matrices of rotations")
     sizes = [positive_number(a, "scales") for a in scales]
     given = [sigma] * n if isinstance(sigma, (int, float, np.integer, np.floating)) else list(sigma)

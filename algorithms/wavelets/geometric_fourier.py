@@ -10,6 +10,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from ..arguments import Reals, real_array
+from ..precision import SINGLE
 from .discrete import check_finite
 from .planes import check_norm
 from .sharing import Progress, steps
@@ -106,7 +107,7 @@ def _geometric(
         number = real_array(root, side, (size,), f"a root of -1 with {size} coefficients").astype(array.dtype)
         basis = np.eye(size, dtype=array.dtype)
         check_finite(number, side)
-        if number.ndim != 1 or np.abs(multiply(multiply(basis, number), number) + basis).max() > 1e-6:
+        if number.ndim != 1 or np.abs(multiply(multiply(basis, number), number) + basis).max() > SINGLE:
             raise ValueError(f"{side}: the square of {root!r} is not -1; expected roots of -1")
         chosen = [axis if axis >= 0 else axis + space for axis in axes]
         if any(not 0 <= axis < space for axis in chosen) or len(set(chosen + seen)) < len(chosen + seen):

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import cga3
 
 from ..arguments import Reals, positive_number, real_array
+from ..precision import SINGLE
 from .checks import Samples, places_of, samples
 from .discrete import check_finite
 from .sharing import Progress, in_threads, steps
@@ -221,7 +222,7 @@ def _samples(
         weights,
         name == "coefficients",
     )
-    if np.abs(np.linalg.norm(known.places, axis=-1) - 1).max() > 1e-6:
+    if np.abs(np.linalg.norm(known.places, axis=-1) - 1).max() > SINGLE:
         raise ValueError("directions: not of length 1; expected unit vectors")
     return known
 

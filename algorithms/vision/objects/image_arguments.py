@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ...arguments import Reals, as_given, real_array
+from ...precision import SINGLE
 from .pose_models import ObjectModel
 from .predicted_curves import Mesh, surface_of_model
 from .scene import SceneCamera
@@ -57,7 +58,7 @@ def check_outline(model: ObjectModel) -> None:
 def checked_start(start: ArrayLike) -> Reals:
     """Return a pose as an array; ValueError if it is not a unit motor."""
     given = real_array(start, "start", (8,), "a motor").astype(np.float64)
-    if given.ndim != 1 or not np.abs(given - pga3.normalize_motor(given)).max() < 1e-6:
+    if given.ndim != 1 or not np.abs(given - pga3.normalize_motor(given)).max() < SINGLE:
         raise ValueError(f"start: {given}; expected one unit motor of generated.pga3")
     return given
 

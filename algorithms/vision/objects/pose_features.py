@@ -14,7 +14,7 @@ import numpy as np
 from generated import pga3
 
 from ...arguments import Reals
-from ...precision import TINY
+from ...precision import ROUNDING, TINY
 from .pose_models import Measurements, ObjectModel
 
 _ROUNDS = 8
@@ -201,7 +201,7 @@ def _cone(rays: Reals) -> Reals:
     Rays are first mapped by a linear map such that they spread equally, so that no coefficient dominates.
     """
     values, vectors = np.linalg.eigh(rays.T @ rays)
-    root = (vectors / np.sqrt(np.maximum(values, 1e-12 * values[-1]))).T
+    root = (vectors / np.sqrt(np.maximum(values, ROUNDING * values[-1]))).T
     mapped = rays @ root.T
     mapped /= np.linalg.norm(mapped, axis=1, keepdims=True)
     i, j = _MONOMIALS

@@ -268,7 +268,7 @@ def _verified(
 def _covariance(table: Reals, task: PoseTask) -> tuple[Reals, Reals]:
     """Return the covariance for a noise of one pixel without undetermined bivectors, and these (k, 6)."""
     values, vectors = np.linalg.eigh(from_triangle(table, 6), UPLO="U")
-    open_ones = values <= ROOT * max(float(values[-1]), 1e-300)
+    open_ones = values <= ROOT * max(float(values[-1]), TINY)
     size = np.array([1, 1, 1, *[task.model.size] * 3])
     bivectors = (size[:, None] * vectors).T
     motions = _displacements(bivectors, task)
@@ -291,7 +291,7 @@ def _are_symmetries(motor: Reals, free: Reals, table: Reals, task: PoseTask) -> 
 
     most = squares(motor) * (1 + 1e-3) + _AS_GOOD * task.noise**2
     for bivector in free:
-        by = 0.5 * _TURN * bivector / max(float(np.abs(bivector).max()), 1e-300)
+        by = 0.5 * _TURN * bivector / max(float(np.abs(bivector).max()), TINY)
         if not all(squares(pga3.motor_product(motor, pga3.motor_exponential(s * by))) <= most for s in (1, -1)):
             return False
     return True

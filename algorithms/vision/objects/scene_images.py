@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ...arguments import Reals, finite, finite_number, real_array
+from ...precision import TINY
 from .scene import Scene, SceneObject
 from .surface_rays import Surfaces, hit_ball, hit_tube
 
@@ -124,7 +125,7 @@ def textured_background(size: tuple[int, int], seed: int = 0, contrast: float = 
         The size of the spots in pixels.
     """
     spots = scipy.ndimage.gaussian_filter(np.random.default_rng(seed).normal(size=(size[1], size[0])), grain)
-    grey = 0.45 + contrast * spots / max(float(spots.std()), 1e-300)
+    grey = 0.45 + contrast * spots / max(float(spots.std()), TINY)
     return np.asarray(np.clip(grey[..., None] * [0.97, 1.0, 1.04], 0, 1))
 
 
@@ -235,4 +236,4 @@ def _surfaces(one: SceneObject) -> Surfaces:
 def _normals(parts: Surfaces) -> Reals:
     a, b, c = (parts.vertices[parts.faces[:, k]] for k in range(3))
     found = np.cross(b - a, c - a)
-    return np.asarray(found / np.maximum(np.linalg.norm(found, axis=1, keepdims=True), 1e-300))
+    return np.asarray(found / np.maximum(np.linalg.norm(found, axis=1, keepdims=True), TINY))

@@ -12,6 +12,7 @@ from generated import pga3
 
 from ...arguments import Reals
 from ...evidence.status import RARE
+from ...precision import NEGLIGIBLE
 from .edge_measurement import MeasuredEdges
 from .pose_estimation import estimated_pose
 from .pose_models import KINDS, ObjectModel, View
@@ -138,4 +139,6 @@ def _differ(model: ObjectModel, alone: PoseEstimate, estimate: PoseEstimate) -> 
     if not known.any():
         return False
     off, covariance = off[known], alone.covariance[np.ix_(known, known)]
-    return bool(off @ np.linalg.pinv(covariance, 1e-9, hermitian=True) @ off > scipy.special.chdtri(len(off), RARE))
+    return bool(
+        off @ np.linalg.pinv(covariance, NEGLIGIBLE, hermitian=True) @ off > scipy.special.chdtri(len(off), RARE)
+    )
