@@ -29,7 +29,7 @@ _PARALLEL = np.cos(np.radians(6.0))
 _LINES, _CROSSING = 5, 4
 """The longest lines of the scan vote for translations, and of those that cross the longest one, these."""
 _CROSSES = np.cos(np.radians(20.0))
-"""The largest cosine of the angle between lines that cross each other, which is at least 70 degrees."""
+"""The largest cosine of the angle between lines that cross each other: it is at least 20 degrees."""
 _SHORTEST = 0.4
 """Metres of the shortest line of a map that is voted for."""
 _SLACK = 0.5
