@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from generated import networks as kernels
 from generated.gac_runtime.module import Kernel
 
+from .blade_signs import LARGEST
 from .representation import representation
 
 Array = NDArray[Any]
@@ -21,8 +22,6 @@ _GENERATED = {
     (1, 3, 0): "g13",
 }  # fmt: skip
 _NAMES = {"R": (0, 0, 0), "C": (0, 1, 0), "H": (0, 2, 0)}
-_MOST_VECTORS = 6
-"""A limit on work: the number of vectors of an algebra of layers, whose products have 64 x 64 terms."""
 
 
 @dataclass(frozen=True)
@@ -44,10 +43,8 @@ class Algebra:
     module: Any = None
 
     def __post_init__(self) -> None:
-        if min(self.p, self.q, self.r) < 0 or self.n > _MOST_VECTORS:
-            raise ValueError(
-                f"algebra: {self}; expected nonnegative numbers of vectors, {_MOST_VECTORS} in total at most"
-            )
+        if min(self.p, self.q, self.r) < 0 or self.n > LARGEST:
+            raise ValueError(f"algebra: {self}; expected nonnegative numbers of vectors, {LARGEST} in total at most")
 
     @classmethod
     def of(cls, name: str | Algebra) -> Algebra:

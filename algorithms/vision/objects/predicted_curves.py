@@ -22,7 +22,7 @@ _BESIDE = 0.005
 """The same distance for lines of sight that decide whether a curve is hidden."""
 _BEHIND = 0.02
 """A point is hidden by a mesh that is nearer by more than this part of the size of the model."""
-_NEAR = 1e-3
+NEAR = 1e-3
 """The least depth of a point that a camera sees, in units of length."""
 _CURVES = ("edges", "balls", "tubes", "rims")
 
@@ -76,7 +76,7 @@ def predicted_curves(model: ObjectModel, pose: Reals, camera: Camera, mesh: Mesh
     """
     parts = [(kind, *found) for kind, found in element_pixels(model, pose, camera).items() if kind in _CURVES]
     parts = [part for part in parts if len(part[1])]
-    if not parts or not all((camera.depth(places) > _NEAR).all() for _, _, places in parts):
+    if not parts or not all((camera.depth(places) > NEAR).all() for _, _, places in parts):
         return None
     pairs = [_along(camera, *part) for part in parts]
     kinds = np.concatenate([np.full(len(index), KINDS.index(kind)) for kind, index, _ in parts])

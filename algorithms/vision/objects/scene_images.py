@@ -12,11 +12,10 @@ from generated import pga3
 
 from ...arguments import Reals, finite, finite_number, real_array
 from ...precision import TINY
+from .predicted_curves import NEAR
 from .scene import Scene, SceneObject
 from .surface_rays import Surfaces, hit_ball, hit_tube
 
-_NEAR = 1e-3
-"""Surfaces are seen from this depth on, in metres."""
 _STEP = 0.03
 """A pixel is sampled more finely if its neighbours differ by more than this."""
 _ON_EDGE, _SAG = 8, 0.5
@@ -162,7 +161,7 @@ class _Eye:
             for hits, rows in ((hit_ball, parts.balls), (hit_tube, parts.tubes)):
                 for row in rows:
                     t, normals = hits(self.origin, directions, row)
-                    seen = np.flatnonzero((t < depth) & (t > _NEAR))
+                    seen = np.flatnonzero((t < depth) & (t > NEAR))
                     depth[seen], normal[seen] = t[seen], normals[seen]
                     colour[seen], owner[seen] = one.colour, number
             if len(parts.faces):
@@ -194,7 +193,7 @@ class _Eye:
             with np.errstate(all="ignore"):
                 a, b, c = (corners[face, None, j] for j in range(3))
                 t, inside = pga3.hit_ray_triangle(self.origin, directions[pixel], a, b, c)
-                pair, sample = np.nonzero((inside >= 0).all(-1) & (t > _NEAR))
+                pair, sample = np.nonzero((inside >= 0).all(-1) & (t > NEAR))
             ray, t, face = pixel[pair] * s + sample, t[pair, sample], face[pair]
             np.minimum.at(depth, ray, t)
             nearest = t == depth[ray]
@@ -212,10 +211,10 @@ class _Eye:
             least, most = pixels.min(1), pixels.max(1)
         margin += 0.0 if self.lens.distortion is None else _SAG
         # Of a triangle that is partly behind the camera, the image has no bounds.
-        is_cut = ~(self.camera.depth(corners) > _NEAR).all(1, keepdims=True) | ~np.isfinite(least + most)
+        is_cut = ~(self.camera.depth(corners) > NEAR).all(1, keepdims=True) | ~np.isfinite(least + most)
         low = np.where(is_cut, 0, np.ceil(np.clip(least - margin, 0, last + 1)))
         high = np.where(is_cut, last, np.floor(np.clip(most + margin, -1, last)))
-        high[~(self.camera.depth(corners) > _NEAR).any(1)] = -1
+        high[~(self.camera.depth(corners) > NEAR).any(1)] = -1
         return low.astype(int), high.astype(int)
 
 
