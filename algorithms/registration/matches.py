@@ -1,4 +1,7 @@
-"""Motions from given matches of points, most of which may be wrong: rigidity in joint space, and significance."""
+"""Motions from given matches of points, most of which may be wrong: rigidity in joint space, and significance.
+
+More than 400 lines are in one file because samples, their agreement and its significance depend on each other.
+"""
 
 from __future__ import annotations
 

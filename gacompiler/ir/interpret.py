@@ -41,7 +41,6 @@ _IN_DOUBLE: Mapping[Op, Callable[..., Any]] = {
     Op.SUBTRACT: operator.sub,
     Op.MULTIPLY: operator.mul,
     Op.NEGATE: operator.neg,
-    Op.SELECT: lambda condition, a, b: a if condition else b,
 }
 _OF_RING: Mapping[Op, Callable[..., Any]] = {op: _IN_DOUBLE[op] for op in RING} | {Op.DIVIDE: divide}
 
@@ -106,7 +105,7 @@ class Tape:
     def run_in_double(self, inputs: Iterable[float], function: Callable[[Op, list[float]], float]) -> list[float]:
         """Return the flat results in IEEE double, with each operation rounded once.
 
-        `function` evaluates the operations that are neither ring operations nor choices.
+        `function` evaluates the operations that are not ring operations.
         """
         values = [*inputs, *map(float, self.constants)]
         append = values.append
@@ -116,7 +115,7 @@ class Tape:
             elif len(at) == 2:
                 append(own(values[a], values[b]))
             else:
-                append(own(*[values[k] for k in at]))
+                append(own(values[a]))
         return [values[k] for k in self._results]
 
     @cached_property

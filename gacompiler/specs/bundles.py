@@ -293,6 +293,7 @@ LINE_SUMMARY = """Compute the equations of two pixels of a line, by the paramete
     Returns
     -------
     residual, by_camera, by_line, square{by_lens}
+        As of `pinhole_equations`; the square is the sum for both pixels.
     """
 
 
