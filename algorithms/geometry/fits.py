@@ -257,7 +257,6 @@ def enough_points(points: ArrayLike, least: int, is_round: bool = False) -> tupl
 
     Notes
     -----
-
     What is computed later, such as the status of a fit, needs points that nobody changes. Coefficients of round objects
     are squares and cubes of coordinates, which may overflow.
     """

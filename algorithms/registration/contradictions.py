@@ -76,7 +76,9 @@ def contradiction(motor: Reals, source: Cloud, target: Cloud) -> float:
 def _offsets(around: Reals, reach: Reals) -> tuple[Reals, Reals, Reals, Reals]:
     """Return offsets between both halves of points (n, k, 3), their deviations, normals, and which of them count.
 
-    Both halves have to scatter alike. If they do not in most places, one cloud has outliers that the other one has not.
+    Places have to be flat, and both halves have to scatter alike. If most places are not flat, the noise is as large as
+    the distances of points, and decides which places seem flat. If most do not scatter alike, one cloud has outliers
+    that the other one has not.
     """
     k = _NEAREST
     own = around.copy()
@@ -91,10 +93,11 @@ def _offsets(around: Reals, reach: Reals) -> tuple[Reals, Reals, Reals, Reals]:
     found = np.einsum("nij,nkj,nk->ni", inverse, design, height)
     rest = height - np.einsum("nki,ni->nk", design, found)
     variance = (rest**2).sum(1) / (2 * k - _TERMS)
-    kept = (spread[:, 0] <= _FLAT * spread[:, 1]) & (inverse[:, 0, 0] <= _MIXED * 2 / k)
+    is_flat = spread[:, 0] <= _FLAT * spread[:, 1]
+    kept = is_flat & (inverse[:, 0, 0] > 0) & (inverse[:, 0, 0] <= _MIXED * 2 / k)
     squares = np.stack([(rest[:, :k] ** 2).sum(1), (rest[:, k:] ** 2).sum(1)])
     alike = squares.max(0) <= scipy.special.fdtri(k - _TERMS / 2, k - _TERMS / 2, 1 - _UNLIKE / 2) * squares.min(0)
-    if np.count_nonzero(alike & kept) < np.count_nonzero(kept) / 2:
+    if np.count_nonzero(is_flat) < len(is_flat) / 2 or np.count_nonzero(alike & kept) < np.count_nonzero(kept) / 2:
         kept = np.zeros_like(kept)
     kept &= alike
     if kept.any():

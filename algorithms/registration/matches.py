@@ -1,12 +1,9 @@
-"""Motions from given matches of points, most of which may be wrong: rigidity in joint space, and significance.
-
-More than 400 lines are in one file because samples, their agreement and its significance depend on each other.
-"""
+"""Motions from given matches of points, most of which may be wrong: rigidity in joint space, and significance."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import scipy
@@ -17,10 +14,11 @@ from generated import registration as kernels
 
 from ..arguments import Reals, finite_number, moderate, real_array
 from ..elements import MOTOR, POINT, elements
-from ..evidence import Freedom, least_by_chance, log_false_alarms
+from ..evidence import largest_ratio, log_false_alarms
 from ..evidence.misfit import is_bent
 from ..precision import NEGLIGIBLE, SINGLE, TINY
 from .lattices import step_of_lattice
+from .match_chances import FREEDOM, Grid, log_chance, widths
 from .match_scales import likely_scales
 from .rigid import between_places
 from .rigid_status import RegistrationStatus
@@ -32,13 +30,12 @@ _SEEDS, _BEST = 300, 12
 """Matches whose pairs with all others are compared, and those from which motions are computed."""
 _TOLERANCES = (0.001, 0.004, 0.015, 0.05)
 """Differences of lengths, relative to the size of the target, up to which a pair may be of one rigid motion."""
-_FREEDOM = Freedom(sample_size=3, parameters=6, codimension=3, solutions=1, false_alarms=1e-4)
-_ROOM = 15.0
-"""Volume by the product of standard deviations in which wrong matches are assumed to be."""
 _CERTAIN = -30.0
 """A limit on work: the decimal logarithm of the chance of agreement below which no wider tolerance is tried."""
 _OWN = 4.0
 """Distance in residuals up to which matches are of a motion already found."""
+_COPIES = float(np.sqrt(2 * largest_ratio(3)))
+"""From the probability `WRONG`: differences of copies have twice the variance of residuals."""
 _PARTS, _NARROWED = (1.0, 0.5, 0.25, 0.1), 4
 """Limits on work: differences of lengths, in residuals of a motion, at which narrower ones are sought among its
 inliers, and how often."""
@@ -47,8 +44,6 @@ _REPEATS, _ATTEMPTS = 4, 3
 _ROUNDING = 32 * np.finfo(float).eps
 """From floating point: the error of a moved point, relative to the largest coordinate, in some thirty operations."""
 _MOTIONS = RegistrationStatus.OK, RegistrationStatus.DEFORMED
-_EXACT = replace(_FREEDOM, codimension=0)
-"""The same for sites of a lattice, which have no distances."""
 _SITES = 60
 """A limit on work: points whose distances show whether the target is on a lattice."""
 
@@ -176,7 +171,7 @@ def separate_motions(
         rows = np.flatnonzero(np.isfinite(off))
         tails = [_tail_log(k.motor, motion.motor, x[rows], y[rows], off[rows], motion.inliers[rows]) for k in found]
         x[motion.inliers | (off < _OWN * motion.residual)] = np.nan
-        if max(tails, default=-np.inf) <= np.log(_FREEDOM.false_alarms):
+        if max(tails, default=-np.inf) <= np.log(FREEDOM.false_alarms):
             found.append(motion)
         else:
             k = int(np.argmax(tails))
@@ -198,7 +193,7 @@ def _tail_log(first: Reals, second: Reals, x: Reals, y: Reals, off: Reals, inlie
     radius = float(off[inliers].max())
     caps = (radius**2 - (distance - apart) ** 2) / np.maximum(4 * distance * apart, TINY)
     share = np.asarray(np.clip(caps, 0, 1).mean())
-    return float(log_false_alarms(len(x), np.asarray((off <= radius).sum()), share, _FREEDOM))
+    return float(log_false_alarms(len(x), np.asarray((off <= radius).sum()), share, FREEDOM))
 
 
 def _with_line(found: MatchRegistration, points: Reals) -> MatchRegistration:
@@ -225,7 +220,7 @@ def _one_motion(x: Reals, y: Reals, tolerance: float | None) -> MatchRegistratio
         return _none(RegistrationStatus.COLLINEAR, len(x))
     seeds = np.random.default_rng(0).permutation(len(x))[:_SEEDS]
     one, two = kernels.lengths_of_pairs(x[seeds], y[seeds], x, y)
-    grid = _Grid(step_of_lattice(y[seeds[:_SITES]], rounding), _widths(y.std(0)), rounding)
+    grid = Grid(step_of_lattice(y[seeds[:_SITES]], rounding), widths(y.std(0)), rounding)
     apart = np.abs(one - two)
     best = _none(RegistrationStatus.NO_SUPPORT, len(x))
     for limit in _TOLERANCES if tolerance is None else (2 * tolerance / size,):
@@ -238,7 +233,7 @@ def _one_motion(x: Reals, y: Reals, tolerance: float | None) -> MatchRegistratio
         best = min(best, fitted, key=lambda motion: motion.log_chance)
         if best.log_chance < _CERTAIN and best.residual < 0.1 * limit * size:
             break
-    if best.log_chance > np.log10(_FREEDOM.false_alarms):
+    if best.log_chance > np.log10(FREEDOM.false_alarms):
         return _none(RegistrationStatus.NO_SUPPORT, len(x), best.log_chance)
     if tolerance is None:
         best = _narrowed(best, x, y, rounding, grid)
@@ -246,47 +241,31 @@ def _one_motion(x: Reals, y: Reals, tolerance: float | None) -> MatchRegistratio
         best = replace(best, status=RegistrationStatus.MIRRORED)
     elif tolerance is None and best.status == RegistrationStatus.OK and _is_deformed(best, x, y, rounding):
         best = replace(best, status=RegistrationStatus.DEFORMED)
-    elif _are_repeated(best, x, y, grid):
+    elif _are_repeated(best, x, y, tolerance, grid):
         return _none(RegistrationStatus.NO_SUPPORT, len(x), 0.0)
     motor = between_places(best.motor, middle_x, middle_y)
     return replace(best, motor=motor)
 
 
-def _are_repeated(found: MatchRegistration, x: Reals, y: Reals, grid: _Grid) -> bool:
-    """Return whether chance explains a motion if matches that agree in both clouds count once."""
+def _are_repeated(found: MatchRegistration, x: Reals, y: Reals, tolerance: float | None, grid: Grid) -> bool:
+    """Return whether chance explains a motion if matches that agree in both clouds count once.
+
+    Copies with the noise of other matches are farther apart than `_COPIES` residuals with the probability `WRONG`.
+    """
     rows = np.flatnonzero(found.inliers)
-    off = np.linalg.norm(np.asarray(pga3.move_point(found.motor, x[rows])) - y[rows], axis=1)
-    reach = float(off.max(initial=0.0))
+    off = np.linalg.norm(np.asarray(pga3.move_point(found.motor, x)) - y, axis=1)
+    apart = _COPIES * float(np.sqrt(np.mean(off[rows] ** 2)))
     both = np.concatenate([x[rows], y[rows]], 1)
-    left, distinct = np.ones(len(rows), bool), 0
+    left, is_first = np.ones(len(rows), bool), np.ones(len(x), bool)
     tree = scipy.spatial.cKDTree(both)
     for k in range(len(rows)):
         if left[k]:
-            left[tree.query_ball_point(both[k], 2 * reach)] = False
-            distinct += 1
-    if distinct == len(rows):
+            left[tree.query_ball_point(both[k], apart)] = False
+        else:
+            is_first[rows[k]] = False
+    if is_first.all():
         return False
-    logarithm = log_false_alarms(len(x), np.array([distinct]), _share(np.array([reach]), grid), _FREEDOM)[0]
-    return bool(logarithm + np.log(len(x)) > np.log(_FREEDOM.false_alarms))
-
-
-def _share(radii: Reals, grid: _Grid) -> Reals:
-    """Return the probability that a wrong match is within a radius of its place."""
-    room = float(np.prod(grid.widths))
-    return np.asarray(np.minimum(4 / 3 * np.pi * np.maximum(radii, SINGLE * np.cbrt(room)) ** 3 / room, 1))
-
-
-def _widths(spread: Reals) -> Reals:
-    """Return the sides of the volume in which wrong matches are assumed to be, from standard deviations."""
-    return np.asarray(np.cbrt(_ROOM) * np.maximum(spread, 1e-3 * spread.max()))
-
-
-class _Grid(NamedTuple):
-    """The step of the lattice on which the targets are, 0 without one, the sides (3,) of their volume, and rounding."""
-
-    step: float
-    widths: Reals
-    rounding: float
+    return bool(log_chance(off[None, is_first], tolerance, grid)[0][0] > np.log10(FREEDOM.false_alarms))
 
 
 def _is_mirrored(found: MatchRegistration, x: Reals, y: Reals) -> bool:
@@ -311,7 +290,7 @@ def _is_mirrored(found: MatchRegistration, x: Reals, y: Reals) -> bool:
         there = (here - at) @ u @ v + to
     near = np.linalg.norm(there - y, axis=1) <= reach
     gained, lost = np.count_nonzero(near & ~inliers), np.count_nonzero(inliers & ~near)
-    return bool(scipy.special.bdtrc(gained - 1, gained + lost, 0.5) < _FREEDOM.false_alarms) if gained else False
+    return bool(scipy.special.bdtrc(gained - 1, gained + lost, 0.5) < FREEDOM.false_alarms) if gained else False
 
 
 def _is_deformed(found: MatchRegistration, x: Reals, y: Reals, rounding: float) -> bool:
@@ -320,7 +299,7 @@ def _is_deformed(found: MatchRegistration, x: Reals, y: Reals, rounding: float) 
         some = found.inliers | (np.linalg.norm(pga3.move_point(found.motor, x) - y, axis=1) < limit)
         motor = _motion_of(x, y, some)[0]
         off = np.asarray(pga3.move_point(motor, x[some])) - y[some]
-        if is_bent(off.T, x[some], _FREEDOM.parameters, off.size * rounding**2):
+        if is_bent(off.T, x[some], FREEDOM.parameters, off.size * rounding**2):
             return True
     return False
 
@@ -332,7 +311,7 @@ def _motion_of(x: Reals, y: Reals, inliers: Any) -> tuple[Reals, Reals]:
     return np.asarray(kernels.motor_of_rotor(vectors[:, 0], x_mean, y_mean)), values
 
 
-def _narrowed(found: MatchRegistration, x: Reals, y: Reals, rounding: float, grid: _Grid) -> MatchRegistration:
+def _narrowed(found: MatchRegistration, x: Reals, y: Reals, rounding: float, grid: Grid) -> MatchRegistration:
     """Return a motion of a part of the inliers, if these are not the matches of one motion with normal noise.
 
     The residuals of one motion are nowhere denser than a normal distribution. If several similar motions were taken
@@ -346,9 +325,9 @@ def _narrowed(found: MatchRegistration, x: Reals, y: Reals, rounding: float, gri
         seeds = np.random.default_rng(0).permutation(len(rows))[:_SEEDS]
         one, two = kernels.lengths_of_pairs(x[rows][seeds], y[rows][seeds], x[rows], y[rows])
         apart = np.abs(one - two)
-        near = _Grid(grid.step, _widths(np.full(3, found.residual / np.sqrt(3))), rounding)
+        near = Grid(grid.step, widths(np.full(3, found.residual / np.sqrt(3))), rounding)
         best = found
-        least = np.log10(_FREEDOM.false_alarms)
+        least = np.log10(FREEDOM.false_alarms)
         for part in _PARTS:
             limit = part * found.residual
             agree = (apart < limit).astype(np.float32)
@@ -366,9 +345,7 @@ def _narrowed(found: MatchRegistration, x: Reals, y: Reals, rounding: float, gri
     return found
 
 
-def _fitted(
-    x: Reals, y: Reals, weights: Reals, reach: float, tolerance: float | None, grid: _Grid
-) -> MatchRegistration:
+def _fitted(x: Reals, y: Reals, weights: Reals, reach: float, tolerance: float | None, grid: Grid) -> MatchRegistration:
     """Return the best of the motions of several sets of weights, after repeated selection of inliers."""
     status = RegistrationStatus.OK
     off = np.zeros((len(weights), len(x)))
@@ -378,7 +355,7 @@ def _fitted(
         motors = kernels.motor_of_rotor(vectors[:, :, 0], x_mean, y_mean)
         off = np.linalg.norm(pga3.move_point(motors[:, None], x) - y, axis=-1)
         weights = (off < (tolerance or reach)).astype(float)
-    chances, radii = _log_chance(off, tolerance, grid)
+    chances, radii = log_chance(off, tolerance, grid)
     k = int(np.argmin(chances))
     chance, inliers = float(chances[k]), off[k] <= radii[k]
     motor, values = _motion_of(x, y, inliers)
@@ -390,34 +367,6 @@ def _fitted(
         inliers &= off_one <= tolerance
     residual = float(np.sqrt(np.mean(off_one[inliers] ** 2))) if inliers.any() else np.inf
     return MatchRegistration(motor, 1.0, inliers, status, residual, chance, np.zeros((0, 6)))
-
-
-def _log_chance(off: Reals, tolerance: float | None, grid: _Grid) -> tuple[Reals, Reals]:
-    """Return the least expected number of chance motions over the radius of inliers, as a logarithm, and the radius.
-
-    The distances are those of several motions, (k, n), and the results (k,). On a lattice, a motion of the lattice
-    takes a wrong match exactly to its partner with the probability of one site of all, whatever the radius.
-    """
-    # The volume of a normal distribution of this spread; that of a uniform one is larger.
-    room = float(np.prod(grid.widths))
-    floor = SINGLE * np.cbrt(room)
-    site = float(np.prod(np.minimum(grid.step / grid.widths, 1)))
-
-    def share(radii: Reals) -> Reals:
-        within = _share(radii, grid)
-        # Where all matches agree, none of them is known to be wrong.
-        within[..., :-1] = np.maximum(within[..., :-1], site)
-        return np.asarray(within)
-
-    distances = off if tolerance is None else np.where(off <= tolerance, off, np.inf)
-    logarithms, radii = map(np.asarray, least_by_chance(distances, share, _FREEDOM))
-    if grid.step:
-        # A motion by three matches is exact on a lattice: others agree at the same site, without a margin.
-        exact = log_false_alarms(off.shape[1], (off <= grid.rounding).sum(1), np.asarray(site), _EXACT)
-        exact += np.log(off.shape[1])
-        radii = np.where(exact < logarithms, grid.rounding, radii)
-        logarithms = np.minimum(logarithms, exact)
-    return logarithms / np.log(10), np.minimum(np.maximum(radii, floor), np.inf if tolerance is None else tolerance)
 
 
 def _none(status: RegistrationStatus, count: int, chance: float = np.inf) -> MatchRegistration:

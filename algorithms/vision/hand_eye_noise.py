@@ -129,18 +129,32 @@ def _shares(rest: Reals) -> tuple[float, float]:
     """Return which share of residuals (n, 6) successive poses have in common: perhaps, and certainly.
 
     Noise of the hand moves the camera by a lever, so that the six numbers of a pose are not independent. Differences of
-    successive poses, which share nothing, give the number of independent ones: ``tr(C)**2 / tr(C**2)`` for their
-    covariance C, of which products of m differences are estimates with known errors (Wishart).
+    successive poses, in which what these share vanishes, give the number of independent ones: ``tr(C)**2 / tr(C**2)``
+    for their covariance C.
     """
     n, width = rest.shape
     changes = rest[1:] - rest[:-1]
-    squares, trace, m = float(np.vdot(rest, rest)), float(np.vdot(changes, changes)), n - 1
-    products = float(np.vdot(rest[1:], rest[:-1]) + rest[-1] @ rest[-2])
-    if not squares or m < 2 or not trace:
+    squares, products = float(np.vdot(rest, rest)), float(np.vdot(rest[1:], rest[:-1]) + rest[-1] @ rest[-2])
+    if not squares or n < 3 or not changes.any():
         return 0.0, 0.0
-    excess = m * float(((changes.T @ changes) ** 2).sum()) - trace**2
-    independent = min(max(trace**2 * (m - 1) * (m + 2) / (m * max(excess, TINY)), 1.0), float(width))
+    whole, parts = _squared_traces(changes)
+    independent = min(max(whole / max(parts, TINY), 1.0), float(width))
     suspected, certain = (
         coherence(squares, products, int(n * independent), int(2 * independent), each) for each in (SUSPECTED, WRONG)
     )
     return suspected, certain
+
+
+def _squared_traces(changes: Reals) -> tuple[float, float]:
+    """Return estimates of ``tr(C)**2`` and ``tr(C**2)`` for the covariance C of successive differences (m, q).
+
+    For the sum S of products of normal differences, the expected value of ``tr(S)**2`` is ``m**2 tr(C)**2 + 2 k
+    tr(C**2)``, and that of ``tr(S**2)`` is ``(m**2 + k) tr(C**2) + k tr(C)**2``. Here k is the sum of squared
+    correlations of all pairs of differences: those with a pose in common have -1/2.
+    """
+    m = len(changes)
+    k = m + (m - 1) / 2
+    sums = changes.T @ changes
+    whole, parts = float(np.trace(sums)) ** 2, float(np.vdot(sums, sums))
+    of_squares = (m * m * parts - k * whole) / (m**4 + m * m * k - 2 * k * k)
+    return (whole - 2 * k * of_squares) / (m * m), of_squares

@@ -10,6 +10,7 @@ of derivatives by both, over the observations that depend on them.
 """
 
 from fractions import Fraction
+from typing import Any
 
 import gacompiler as ga
 from gacompiler import SCALAR, array, assemble, each, gather, index, jvp, kernel, scatter, select
@@ -360,7 +361,7 @@ def _inverse_root(pivot):
 def _inverse_factor(square, more, n):
     """Return the rows of the inverse of the Cholesky factor of a matrix whose diagonal is multiplied by `more`."""
     entry = dict(zip(_triangle(n), square, strict=True))
-    factor, pivots = {}, []
+    factor, pivots = dict[tuple[int, int], Any](), []
     for j in range(n):
         pivots.append(_inverse_root(entry[j, j] * more - sum(factor[j, k] * factor[j, k] for k in range(j))))
         for i in range(j + 1, n):

@@ -43,8 +43,9 @@ def _motions(axes, angles):
     return reduce(lambda made, pair: made * _motion(*pair), zip(axes, angles, strict=True), 1)
 
 
-def _measured(branches, gaps, ends, size):
-    return branches, gaps, tuple(reaching.difference(*pair, size) for pair in ends)
+def _measured(found, size):
+    branches, gaps, ends = found
+    return branches, gaps, tuple(reaching.difference(made, left, size) for made, left in ends)
 
 
 def _smaller(gap, more):
@@ -75,7 +76,7 @@ def three_parallel_axes(goal, axes, point, plane, signs, size):
         The last are differences of motors as of `reaching.distance_to_goal`: where the joints that are solved last lead
         to, and where the others leave them to go.
     """
-    return _measured(*branches_of_three_parallel_axes(goal, axes, point, plane, signs), size)
+    return _measured(branches_of_three_parallel_axes(goal, axes, point, plane, signs), size)
 
 
 @kernel(
@@ -110,7 +111,7 @@ def branches_of_three_parallel_axes(goal, axes, point, plane, signs, sides=EVERY
         for five, six in wrists:
             wrist = _motion(axes[4], five) * _motion(axes[5], six)
             left = rest * ~wrist
-            middles, gap_middle = arms.about_parallel_axes(*parallel, left, sides[2])
+            middles, gap_middle = arms.about_parallel_axes(parallel[0], parallel[1], parallel[2], left, sides[2])
             for middle in middles:
                 branches.append((one, *(sign * q for sign, q in zip(signs, middle, strict=True)), five, six))
                 gaps.append(_smaller(_smaller(gap_one, gap_wrist), gap_middle))
@@ -140,7 +141,7 @@ def spherical_wrist(goal, axes, centre, base, mix, third, order, size):
     size
         As in `three_parallel_axes`, which says what is returned.
     """
-    return _measured(*branches_of_spherical_wrist(goal, axes, centre, base, mix, third, order > 0), size)
+    return _measured(branches_of_spherical_wrist(goal, axes, centre, base, mix, third, order > 0), size)
 
 
 def _chosen(condition, a, b):
@@ -189,7 +190,7 @@ def branches_of_spherical_wrist(goal, axes, centre, base, mix, third, is_first_b
         )
         arm = _motion(axes[0], one) * _motion(axes[1], two) * _motion(axes[2], three)
         left = ~arm * goal
-        wrists, gap_wrist = arms.about_three_axes(*axes[3:], left, sides[2])
+        wrists, gap_wrist = arms.about_three_axes(axes[3], axes[4], axes[5], left, sides[2])
         for wrist in wrists:
             branches.append((one, two, three, *wrist))
             gaps.append(_smaller(gap, gap_wrist))

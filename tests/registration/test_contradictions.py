@@ -26,6 +26,14 @@ def test_samples_of_one_surface_agree_with_other_spacing_and_noise_and_missing_p
         assert contradiction(STILL, cloud_of(one), cloud_of(two)) >= WRONG
 
 
+def test_noise_as_thick_as_the_distance_of_neighbours_contradicts_nothing() -> None:
+    """Places that look flat among others that do not are chosen by their noise."""
+    rng = np.random.default_rng(8)
+    for _ in range(60):
+        one, two = (cloud_of(wave(rng, int(rng.integers(300, 3000)), 0.1)) for _ in range(2))
+        assert contradiction(STILL, one, two) >= WRONG
+
+
 def test_a_bump_of_three_deviations_of_the_noise_is_found() -> None:
     rng = np.random.default_rng(6)
     for _ in range(10):

@@ -270,3 +270,16 @@ def test_repeated_matches_are_one_match():
         y = np.concatenate([pga3.move_point(motor, right), rng.normal(size=(40, 3))])
         x, y = (np.repeat(z, 6, 0) + 0.01 * rng.normal(size=(6 * len(z), 3)) for z in (x, y))
         assert register_matches(x, y).status == status
+
+
+@pytest.mark.parametrize("noise", [0.2, 0.3])
+def test_large_noise_of_many_matches_does_not_make_them_copies(noise: float) -> None:
+    """Of a thousand matches, a motion is right up to its noise, although many are near others in both clouds."""
+    rng = np.random.default_rng(13)
+    for _ in range(4):
+        motor = pga3.motor_exponential(rng.normal(size=6))
+        x = rng.normal(size=(1000, 3))
+        y = pga3.move_point(motor, x) + noise * rng.normal(size=x.shape)
+        found = register_matches(x, y)
+        assert found.status == RegistrationStatus.OK
+        assert np.sqrt(np.mean((pga3.move_point(found.motor, x) - pga3.move_point(motor, x)) ** 2)) < 0.1 * noise

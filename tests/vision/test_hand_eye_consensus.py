@@ -11,6 +11,7 @@ from selection import some_slow
 from test_hand_eye import Array, poses
 
 from algorithms.vision import HandEyeStatus, hand_eye, hand_eye_from_poses
+from algorithms.vision.hand_eye_noise import _squared_traces
 from generated import pga3
 
 N_POSES = 15
@@ -246,3 +247,14 @@ def test_exact_poses_of_single_and_double_precision_are_not_contradicted() -> No
     for dtype in (np.float64, np.float32):
         one, two = (pga3.motor_from_matrix(each).astype(dtype) for each in (hands, eyes))
         assert not hand_eye_from_poses(one, two).status.any()
+
+
+@pytest.mark.parametrize("scales", [np.ones(6), np.array([1, 1, 1, 0.01, 0.01, 0.01]), 1.0 / np.arange(1, 7)])
+def test_independent_numbers_of_few_poses_are_counted_without_bias(scales: Array) -> None:
+    """The trace of the squared covariance is that of its definition, also if differences share poses."""
+    rng, squares = np.random.default_rng(34), (scales**2).sum() ** 2
+    for n in (5, 12):
+        found = [_squared_traces(np.diff(rng.normal(size=(n, 6)) * scales, axis=0)) for _ in range(4000)]
+        whole, parts = np.mean(found, axis=0) / 4
+        assert parts == pytest.approx((scales**4).sum(), rel=0.08)
+        assert whole == pytest.approx(squares, rel=0.08)

@@ -174,6 +174,9 @@ def test_errors_that_are_stated_are_within_bounds() -> None:
     for name in ("focal", "distortion", "size"):
         with pytest.raises(ValueError, match=name):
             SharedErrors(**{name: -0.1})
+        for value in ("wide", None, True):
+            with pytest.raises(TypeError, match=name):
+                SharedErrors(**{name: value})
 
 
 def test_displaced_cameras() -> None:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from generated import pga3
 
-from ...arguments import Reals, finite, real_array
+from ...arguments import Reals, finite, finite_number, real_array
 from ..camera import Camera, camera_matrix
 
 KINDS = ("points", "edges", "balls", "tubes", "rims")
@@ -175,7 +175,7 @@ class SharedErrors:
     def __post_init__(self) -> None:
         """Refuse deviations that are negative or not finite."""
         for name, value in zip(self.__slots__, astuple(self), strict=True):
-            if not 0 <= value < np.inf:
+            if finite_number(value, f"SharedErrors: {name}") < 0:
                 raise ValueError(f"SharedErrors: {name}: {value}; expected a standard deviation, zero or positive")
 
 
