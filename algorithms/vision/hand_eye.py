@@ -104,7 +104,8 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
     poses, and X and Z are estimated from all poses that agree with it. Fewer than half of the poses may be wrong,
     and chance must not explain the others: three often have some solution, so at least four must agree.
 
-    Exact copies of a pair of poses, such as those of a recording that was read twice, count once. The order of poses is
+    Poses that are not finite, as those of images without a target, are left out too, if three others remain. Exact
+    copies of a pair of poses, such as those of a recording that was read twice, count once. The order of poses is
     taken for that of the recording: residuals that successive poses have in common show that the camera moved on the
     hand, or the target on the base.
 
@@ -143,13 +144,26 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
         none = _nothing(one, two, leading, dtype)
         parts = none.motor, none.status, none.singular_values, none.residual, none.inliers
         return HandEyeOfPoses(*parts, none.motor.copy(), np.full((*leading, 2), np.inf))
+    found = _of_different_poses(one, two, refine, noise, still_below)
+    known = np.isfinite(one).all(-1) & np.isfinite(two).all(-1)
+    for p in np.flatnonzero(~known.all(1) & (known.sum(1) > 2)):
+        part = _of_different_poses(one[p : p + 1, known[p]], two[p : p + 1, known[p]], refine, noise, still_below)
+        inliers, part[4] = part[4], known[p : p + 1].copy()
+        part[4][:, known[p]] = inliers
+        for whole, left in zip(found, part, strict=True):
+            whole[p] = left[0]
+    return HandEyeOfPoses(*(_shaped(each, leading, dtype) for each in found))
+
+
+def _of_different_poses(one: Reals, two: Reals, refine: bool, noise: Noise, still_below: float) -> list[Reals]:
+    """Return what `_from_poses` does, with copies of poses counted once."""
     found = _from_poses(one, two, refine, noise, still_below)
     for p, first, copied in agreement.copies(one, two):
         part = _from_poses(one[p : p + 1, first], two[p : p + 1, first], refine, noise, still_below)
         part[4] = part[4][:, copied]
         for whole, left in zip(found, part, strict=True):
             whole[p] = left[0]
-    return HandEyeOfPoses(*(_shaped(each, leading, dtype) for each in found))
+    return found
 
 
 def _from_poses(one: Reals, two: Reals, refine: bool, noise: Noise, still_below: float) -> list[Reals]:

@@ -21,7 +21,7 @@ class HandEyeStatus(Status):
     AMBIGUOUS_SIGNS = 3
     """Fewer than two motions are not half turns: ``A X = X B`` and ``A X = -X B`` cannot be distinguished."""
     NOT_FINITE = 4
-    """A coefficient is infinite or not a number."""
+    """A coefficient of a motion, or of all poses but two, is infinite or not a number."""
     SMALL_ANGLES = 5
     """No motion rotates by more than its noise, or by more than 1e-7 radians (1e-5 in single precision), which is
     decided before anything is solved: translations do not determine the translation of X."""

@@ -279,6 +279,10 @@ def test_poses_determine_both_transformations() -> None:
     bad = pga3.motor_from_matrix(hands[:3])
     bad[1, 2, 0] = np.inf
     spoiled = hand_eye_from_poses(bad, pga3.motor_from_matrix(eyes[:3]))
+    assert not spoiled.status.any() and not spoiled.inliers[1, 2] and spoiled.inliers.sum() == 14
+    assert np.abs(pga3.motor_to_matrix(spoiled.motor) - x[:3]).max() < 1e-12
+    bad[1, 3:, 5] = np.nan
+    spoiled = hand_eye_from_poses(bad, pga3.motor_from_matrix(eyes[:3]))
     assert list(spoiled.status) == [HandEyeStatus.OK, HandEyeStatus.NOT_FINITE, HandEyeStatus.OK]
     assert np.isnan(spoiled.world[1]).all() and np.isfinite(spoiled.world[[0, 2]]).all()
     hands[0] = poses(rng, 1)[0] @ hands[0] * 0 + hands[0, :1]
