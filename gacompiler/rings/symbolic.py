@@ -494,6 +494,8 @@ def _derivative(generator: Any, variable: Any) -> Expanded:
     unknown = generator.expr if isinstance(generator, sympy.Derivative) else generator
     if isinstance(unknown, AppliedUndef) and _has_distinct_symbols(unknown):
         return Expanded({((_generator(_derivative_of_unknown(unknown, generator, variable)), 1),): 1})
+    if generator.is_Add:
+        return _read(generator).derivative(variable)
     return Expanded.of(sympy.diff(generator, variable))
 
 
