@@ -501,9 +501,11 @@ def _derivative(generator: Any, variable: Any) -> Expanded:
         return Expanded({(): 1})
     if generator.is_Symbol or variable not in generator.free_symbols:
         return Expanded({})
-    if generator.args == (variable,) and generator.func in _DERIVATIVES:
+    if generator.func in _DERIVATIVES:
         function, sign = _DERIVATIVES[generator.func]
-        return Expanded({((_generator(function(variable)), 1),): sign})
+        return Expanded.of(function(*generator.args)) * _read(generator.args[0]).derivative(variable) * sign
+    if isinstance(generator, sympy.log) and generator.args == (variable,):
+        return _read(variable).power(-1)
     unknown = generator.expr if isinstance(generator, sympy.Derivative) else generator
     if isinstance(unknown, AppliedUndef) and _has_distinct_symbols(unknown):
         return Expanded({((_generator(_derivative_of_unknown(unknown, generator, variable)), 1),): 1})
@@ -514,6 +516,7 @@ def _derivative(generator: Any, variable: Any) -> Expanded:
 
 _DERIVATIVES = {
     sympy.sin: (sympy.cos, 1), sympy.cos: (sympy.sin, -1), sympy.sinh: (sympy.cosh, 1), sympy.cosh: (sympy.sinh, 1),
+    sympy.exp: (sympy.exp, 1),
 }  # fmt: skip
 
 
