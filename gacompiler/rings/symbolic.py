@@ -8,7 +8,7 @@ and substitution share the table of generators, and are one file.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from fractions import Fraction
 from functools import cmp_to_key, lru_cache
 from math import gcd, isfinite, lcm
@@ -32,8 +32,9 @@ _numbers: dict[Any, int] = {}
 _composite: set[int] = set()
 """Generators with relations of their own: numbers, the imaginary unit, sums and products under a root."""
 _plain_generators: set[int] = set()
-"""Generators whose products and sums sympy only sorts: symbols, sines and cosines, and unknown functions."""
-_SORTED = (sympy.Symbol, AppliedUndef, sympy.sin, sympy.cos, sympy.sinh, sympy.cosh)
+"""Generators whose products and sums sympy only sorts: symbols, most functions, and derivatives."""
+_plain_divisors: set[int] = set()
+"""Sums whose integer negative powers sympy only stores, and whose products with such powers it only sorts."""
 
 
 def _generator(base: Any) -> int:
@@ -43,9 +44,17 @@ def _generator(base: Any) -> int:
         _generators.append(base)
         if base is sympy.I or base.is_Number or base.is_Add or base.is_Mul:
             _composite.add(number)
-        if isinstance(base, _SORTED) and base.is_commutative:
+        if base.is_commutative and _is_only_sorted(base):
             _plain_generators.add(number)
+        elif base.is_Add and not base.has(sympy.I):
+            _plain_divisors.add(number)
     return number
+
+
+def _is_only_sorted(base: Any) -> bool:
+    if isinstance(base, sympy.Function):
+        return type(base)._eval_power is sympy.Expr._eval_power
+    return isinstance(base, (sympy.Symbol, sympy.Derivative))
 
 
 def _restored(rows: list[tuple[Number, list[tuple[Any, int | Fraction]]]]) -> Expanded:
@@ -323,7 +332,7 @@ _canonical = cmp_to_key(Basic.compare)
 
 def _sum_of_terms(terms: Mapping[Monomial, Number]) -> Any:
     """Return a sympy expression. Terms without relations are sorted here, since `sympy.Add` would look for them."""
-    if not _is_plain(terms):
+    if not _is_plain(terms, _plain_divisors):
         return sympy.Add(
             *(
                 sympy.Mul(_sympy_number(value), *(_power(_generators[g], e) for g, e in monomial))
@@ -338,11 +347,15 @@ def _sum_of_terms(terms: Mapping[Monomial, Number]) -> Any:
     return sympy.Add._from_args(found, is_commutative=True)
 
 
-def _is_plain(terms: Mapping[Monomial, Any]) -> bool:
-    """Return whether the numbers are exact and all generators plain."""
-    return all(type(value) is not float for value in terms.values()) and all(
-        g in _plain_generators for monomial in terms for g, _ in monomial
-    )
+def _is_plain(terms: Mapping[Monomial, Any], divisors: Collection[int] = ()) -> bool:
+    """Return whether the numbers are exact and all generators plain, or negative powers of `divisors`."""
+    for monomial, value in terms.items():
+        if type(value) is float:
+            return False
+        for g, e in monomial:
+            if g not in _plain_generators and not (g in divisors and type(e) is int and e < 0):
+                return False
+    return True
 
 
 def _plain_product(value: Number, monomial: Monomial) -> Any:
@@ -488,17 +501,22 @@ def _derivative(generator: Any, variable: Any) -> Expanded:
         return Expanded({(): 1})
     if generator.is_Symbol or variable not in generator.free_symbols:
         return Expanded({})
-    if generator.args == (variable,) and generator.func in _DERIVATIVES:
+    if generator.func in _DERIVATIVES:
         function, sign = _DERIVATIVES[generator.func]
-        return Expanded({((_generator(function(variable)), 1),): sign})
+        return Expanded.of(function(*generator.args)) * _read(generator.args[0]).derivative(variable) * sign
+    if isinstance(generator, sympy.log) and generator.args == (variable,):
+        return _read(variable).power(-1)
     unknown = generator.expr if isinstance(generator, sympy.Derivative) else generator
     if isinstance(unknown, AppliedUndef) and _has_distinct_symbols(unknown):
         return Expanded({((_generator(_derivative_of_unknown(unknown, generator, variable)), 1),): 1})
+    if generator.is_Add:
+        return _read(generator).derivative(variable)
     return Expanded.of(sympy.diff(generator, variable))
 
 
 _DERIVATIVES = {
     sympy.sin: (sympy.cos, 1), sympy.cos: (sympy.sin, -1), sympy.sinh: (sympy.cosh, 1), sympy.cosh: (sympy.sinh, 1),
+    sympy.exp: (sympy.exp, 1),
 }  # fmt: skip
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from math import lcm
 from random import Random
 from typing import Any
@@ -14,6 +14,7 @@ import sympy
 from ..algebra.blades import exact
 from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, TooLargeError
+from ..rings.groebner import KEPT
 from ..rings.ideal import Ideal
 from ..rings.points import point
 from ..rings.polynomial import Polynomial, PolynomialRing
@@ -83,7 +84,8 @@ def reduce(a: SymbolicMultivector, *given: Any) -> SymbolicMultivector:
         return start
     found = _reduced(start, given)
     # The first pass can merge denominators whose relations the second pass then uses.
-    return found if found is start else _reduced(found, given)
+    same = found.terms.keys() == start.terms.keys() and all(v is start.terms[b] for b, v in found.terms.items())
+    return found if same else _reduced(found, given)
 
 
 def _difference(a: Any, b: Any) -> SymbolicMultivector:
@@ -100,35 +102,38 @@ def _difference(a: Any, b: Any) -> SymbolicMultivector:
 class _Bridge:
     """Conversion of expanded expressions to polynomials in generators, or in their roots for fractional exponents."""
 
-    def __init__(self, first: Iterable[int], elements: Sequence[Expanded]) -> None:
+    def __init__(self, first: Iterable[int], roots: Mapping[int, int]) -> None:
         self.ring = PolynomialRing(effort=20_000_000)
-        elements = [*elements, *_inside(elements)]
-        ordered = sorted(generators(*elements), key=lambda g: (_rank(generator(g)), g))
-        self._variables = {g: k for k, g in enumerate(dict.fromkeys([*first, *ordered]))}
-        self._generators = tuple(self._variables)
-        self._roots = dict.fromkeys(self._generators, 1)
-        for element in elements:
-            for monomial in element.terms:
-                for g, e in monomial:
-                    self._roots[g] = lcm(self._roots[g], e.denominator)
+        self._roots, inner = dict(roots), _inside(roots)
+        for element in inner:
+            _add_roots(self._roots, element)
+        ordered = sorted(self._roots, key=lambda g: (_rank(generator(g)), g))
+        self._generators = tuple(dict.fromkeys([*first, *ordered]))
+        self._variables = {g: k for k, g in enumerate(self._generators)}
         for g in self._generators:
+            self._roots.setdefault(g, 1)
             self.ring.variable(f"g{g}")
+        self._ideals: dict[int, Ideal] = {}
 
     def to(self, element: Expanded) -> tuple[Polynomial, dict[int, int]] | None:
-        """Return a polynomial and the powers of variables that multiply it, or None for floating-point coefficients."""
-        scaled = [({g: int(e * self._roots[g]) for g, e in monomial}, v) for monomial, v in element.terms.items()]
+        """Return a polynomial and the negative powers that multiply it, or None for floating-point coefficients."""
+        variables, roots = self._variables, self._roots
         lowest: dict[int, int] = {}
-        for powers, value in scaled:
+        for monomial, value in element.terms.items():
             if isinstance(value, float):
                 return None
-            for g, n in powers.items():
-                lowest[g] = min(lowest.get(g, 0), n)
+            for g, e in monomial:
+                if e < 0:
+                    lowest[g] = min(lowest.get(g, 0), int(e * roots[g]))
+        raised = {g: -n for g, n in lowest.items()}
         terms: dict[tuple[int, ...], int | Fraction] = {}
-        for powers, value in scaled:
-            raised = {g: powers.get(g, 0) - lowest.get(g, 0) for g in {**powers, **lowest}}
-            monomial = tuple(sorted(self._variables[g] for g, n in raised.items() for _ in range(n)))
+        for monomial, value in element.terms.items():
+            powers = dict(raised)
+            for g, e in monomial:
+                powers[g] = powers.get(g, 0) + int(e * roots[g])
+            key = tuple(sorted(variables[g] for g, n in powers.items() for _ in range(n)))
             assert not isinstance(value, float)
-            terms[monomial] = value
+            terms[key] = value
         return Polynomial(self.ring, terms), lowest
 
     def back(self, polynomial: Polynomial, lowest: Mapping[int, int]) -> Expanded:
@@ -143,8 +148,15 @@ class _Bridge:
             result = result + term(tuple(sorted(exponents)), value)
         return result
 
+    def ideal(self, degree: int) -> Ideal:
+        """Return the ideal of the identities, completed up to a degree."""
+        if degree not in self._ideals:
+            self._ideals[degree] = Ideal(self.identities, degree)
+        return self._ideals[degree]
+
+    @cached_property
     def identities(self) -> list[Polynomial]:
-        """Return the identities among the generators: of sines and cosines, and of sums under a root or a fraction."""
+        """The identities among the generators: of sines and cosines, and of sums under a root or a fraction."""
         found = []
         for g in self._generators:
             base, variable = generator(g), Polynomial(self.ring, {(self._variables[g],) * self._roots[g]: 1})
@@ -193,35 +205,49 @@ def _rank(base: Any) -> int:
     return 0 if base.func in _PARTNERS else 2 if base.is_Add else 1
 
 
-def _inside(elements: Sequence[Expanded]) -> list[Expanded]:
-    """Return the sums that are generators of some elements, including nested sums."""
+@lru_cache(maxsize=KEPT)
+def _bridge(first: tuple[int, ...], roots: tuple[tuple[int, int], ...]) -> _Bridge:
+    return _Bridge(first, dict(roots))
+
+
+def _add_roots(roots: dict[int, int], element: Expanded) -> None:
+    """Add the generators of an element to `roots`, with the common denominators of their exponents."""
+    for monomial in element.terms:
+        for g, e in monomial:
+            roots[g] = lcm(roots.get(g, 1), e.denominator)
+
+
+def _inside(numbers: Iterable[int]) -> list[Expanded]:
+    """Return the sums that are among some generators, including nested sums."""
     found: dict[int, Expanded] = {}
-    waiting = list(elements)
+    waiting = list(numbers)
     while waiting:
-        for g in generators(waiting.pop()):
-            if g not in found and generator(g).is_Add:
-                found[g] = Expanded.of(generator(g))
-                waiting.append(found[g])
+        g = waiting.pop()
+        if g not in found and generator(g).is_Add:
+            found[g] = Expanded.of(generator(g))
+            waiting += generators(found[g])
     return list(found.values())
 
 
 def _reduced(a: SymbolicMultivector, given: Sequence[Any]) -> SymbolicMultivector:
+    """Return `a` modulo relations; coefficients without anything to reduce are the same objects."""
     zero = [relation for each in given for relation in _relations(each) if relation.terms]
-    bridge = _Bridge(_first(given), [*zero, *a.terms.values()])
-    polynomials = [pair[0] for pair in map(bridge.to, zero) if pair is not None] + bridge.identities()
+    roots: dict[int, int] = {}
+    for element in (*zero, *a.terms.values()):
+        _add_roots(roots, element)
+    bridge = _bridge(tuple(_first(given)), tuple(sorted(roots.items())))
+    polynomials = [pair[0] for pair in map(bridge.to, zero) if pair is not None] + bridge.identities
     if not polynomials:
         return a
     converted = {blade: bridge.to(value) for blade, value in a.terms.items()}
     degree = max([p.degree for p in polynomials] + [pair[0].degree for pair in converted.values() if pair is not None])
     try:
-        ideal = Ideal(polynomials, degree)
-        return a.of_ring(
-            a.algebra,
-            {
-                blade: a.terms[blade] if pair is None else bridge.back(ideal.reduce(pair[0]), pair[1])
-                for blade, pair in converted.items()
-            },
-        )
+        ideal = Ideal(polynomials, degree) if zero else bridge.ideal(degree)
+        terms = dict(a.terms)
+        for blade, pair in converted.items():
+            if pair is not None and (left := ideal.reduce(pair[0])).terms != pair[0].terms:
+                terms[blade] = bridge.back(left, pair[1])
+        return a.of_ring(a.algebra, terms)
     except TooLargeError:
         return a
 
