@@ -145,8 +145,8 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
         parts = none.motor, none.status, none.singular_values, none.residual, none.inliers
         return HandEyeOfPoses(*parts, none.motor.copy(), np.full((*leading, 2), np.inf))
     found = _of_different_poses(one, two, refine, noise, still_below)
-    known = np.isfinite(one).all(-1) & np.isfinite(two).all(-1)
-    for p in np.flatnonzero(~known.all(1) & (known.sum(1) > 2)):
+    known = np.isfinite(np.concatenate([one, two], -1)).all(-1)
+    for p in map(int, np.flatnonzero(~known.all(1) & (known.sum(1) > 2))):
         part = _of_different_poses(one[p : p + 1, known[p]], two[p : p + 1, known[p]], refine, noise, still_below)
         inliers, part[4] = part[4], known[p : p + 1].copy()
         part[4][:, known[p]] = inliers

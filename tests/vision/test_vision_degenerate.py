@@ -267,7 +267,11 @@ TABLE: list[tuple[str, Callable[[], Any], Result]] = [
     ("hand_eye", lambda: vision.hand_eye(MOTORS, OTHERS[1:]), R.REFUSED),
     ("hand_eye_from_poses", lambda: vision.hand_eye_from_poses(MOTORS[:2], OTHERS[:2]), R.MOTIONS_TOO_FEW),
     ("hand_eye_from_poses", lambda: vision.hand_eye_from_poses(SCREWS, SCREWS), R.MOTIONS_PARALLEL),
-    ("hand_eye_from_poses", lambda: vision.hand_eye_from_poses(MOTORS[:3], np.full((3, 8), np.nan)), R.MOTIONS_NOT_FINITE),
+    (
+        "hand_eye_from_poses",
+        lambda: vision.hand_eye_from_poses(MOTORS[:3], np.full((3, 8), np.nan)),
+        R.MOTIONS_NOT_FINITE,
+    ),
     ("hand_eye_from_poses", lambda: vision.hand_eye_from_poses(MOTORS, OTHERS[1:]), R.REFUSED),
     (
         "calibrate_endoscope",
