@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import maximum_filter, minimum_filter
+import scipy
 
 from ..arguments import Reals
 from ..evidence import WRONG, certain_deviations, largest_ratio
@@ -40,7 +40,7 @@ class View:
     def of(cls, camera: Camera, known: Reals, own: Flags) -> View:
         """Return the image of a camera whose depths are known, or zero."""
         here = replace(camera, pose=np.eye(8)[0])
-        return cls(here, minimum_filter(known, 3), np.asarray(maximum_filter(own, 3)))
+        return cls(here, scipy.ndimage.minimum_filter(known, 3), np.asarray(scipy.ndimage.maximum_filter(own, 3)))
 
     def free(self, points: Reals, margin: float = 0.0) -> tuple[Flags, Flags]:
         """Return which points (n, 3) are seen to be free, and which are hidden by the object or part of it."""

@@ -34,8 +34,6 @@ _CERTAIN = -30.0
 """A limit on work: the decimal logarithm of the chance of agreement below which no wider tolerance is tried."""
 _OWN = 4.0
 """Distance in residuals up to which matches are of a motion already found."""
-_COPIES = float(np.sqrt(2 * largest_ratio(3)))
-"""From the probability `WRONG`: differences of copies have twice the variance of residuals."""
 _PARTS, _NARROWED = (1.0, 0.5, 0.25, 0.1), 4
 """Limits on work: differences of lengths, in residuals of a motion, at which narrower ones are sought among its
 inliers, and how often."""
@@ -250,11 +248,11 @@ def _one_motion(x: Reals, y: Reals, tolerance: float | None) -> MatchRegistratio
 def _are_repeated(found: MatchRegistration, x: Reals, y: Reals, tolerance: float | None, grid: Grid) -> bool:
     """Return whether chance explains a motion if matches that agree in both clouds count once.
 
-    Copies with the noise of other matches are farther apart than `_COPIES` residuals with the probability `WRONG`.
+    Differences of copies have twice the variance of residuals: they are farther apart with the probability `WRONG`.
     """
     rows = np.flatnonzero(found.inliers)
     off = np.linalg.norm(np.asarray(pga3.move_point(found.motor, x)) - y, axis=1)
-    apart = _COPIES * float(np.sqrt(np.mean(off[rows] ** 2)))
+    apart = float(np.sqrt(2 * largest_ratio(3) * np.mean(off[rows] ** 2)))
     both = np.concatenate([x[rows], y[rows]], 1)
     left, is_first = np.ones(len(rows), bool), np.ones(len(x), bool)
     tree = scipy.spatial.cKDTree(both)
