@@ -30,7 +30,7 @@ from .bundle_descent import BundleStep, Descent, Information, descended
 from .bundle_misfits import BundleMisfit, bundle_misfit
 from .bundle_parts import Parts, parts_of
 from .bundle_results import BundleAdjustment
-from .bundle_scene import Scene, SeenLines, State
+from .bundle_scene import Scene, State
 from .bundle_system import BLOCK, Layout, across_lines
 from .camera import Camera, intrinsics_of, matrix_of
 from .plane_adjustment import N_INTRINSICS
@@ -142,8 +142,9 @@ def bundle_adjust(
     exactly. With a robust loss they are approximations. Triggs et al., *Bundle Adjustment, a Modern Synthesis*, 2000.
     """
     _check_options(loss, scale, noise, max_steps, covariance)
-    whole, start = _checked(cameras, points, observations, distortion, coefficients, intrinsics, estimated)
-    whole, start = _with_lines(whole, start, lines, image_lines)
+    whole, start = _checked(
+        cameras, points, observations, lines, image_lines, distortion, coefficients, intrinsics, estimated
+    )
     whole = replace(whole, kind=LOSSES[loss], scale=float(scale))
     c, m = len(start.motors), len(start.points)
     held_points = checked_fixed(fixed_points, m, "fixed_points")
@@ -151,16 +152,16 @@ def bundle_adjust(
     parts = _parts(whole, start, held, held_points)
     of_points, of_lines = np.split(parts.used, [len(whole.point)])
     some = whole.lines.some(of_lines)
-    seen, seen_lines = np.zeros(m, bool), np.zeros(len(start.lines), bool)
-    seen[whole.point[of_points]], seen_lines[some.line] = True, True
+    seen, free_lines = np.zeros(m, bool), np.zeros(len(start.lines), bool)
+    seen[whole.point[of_points]], free_lines[some.line] = True, True
     free_cameras = (parts.camera_status == VisionStatus.OK) & ~parts.fixed_cameras
     free_points = seen & ~held_points
     scene = replace(
         whole, camera=whole.camera[of_points], point=whole.point[of_points], pixels=whole.pixels[of_points],
-        free_cameras=free_cameras, free_points=free_points, lines=some, free_lines=seen_lines, scaled=parts.scaled,
+        free_cameras=free_cameras, free_points=free_points, lines=some, free_lines=free_lines, scaled=parts.scaled,
     )  # fmt: skip
     layout = Layout(scene)
-    places = np.concatenate([start.points[seen], start.lines[seen_lines].reshape(-1, 3)])
+    places = np.concatenate([start.points[seen], start.lines[free_lines].reshape(-1, 3)])
     centroid = places.mean(0) if len(places) else np.zeros(3)
     end = descended(layout, _about(start, centroid), int(max_steps), progress)
     information = Information(layout, end.state) if parts.used.any() and np.isfinite(end.cost) else None
@@ -171,7 +172,7 @@ def bundle_adjust(
         np.where(free_cameras[:, None], final.motors, start.motors),
         final.lenses,
         np.where(free_points[:, None], final.points, start.points),
-        np.where(seen_lines[:, None, None], final.lines, start.lines),
+        np.where(free_lines[:, None, None], final.lines, start.lines),
     )
     with np.errstate(all="ignore"):
         # Distances are computed about the centroid, which preserves digits far from the origin.
@@ -187,10 +188,11 @@ def bundle_adjust(
 
 
 def _checked(
-    cameras: Cameras, points: ArrayLike, observations: Table, distortion: str | None, coefficients: ArrayLike | None,
-    intrinsics: str | ArrayLike, estimated: Sequence[str] | None,
+    cameras: Cameras, points: ArrayLike, observations: Table, lines: ArrayLike | None, image_lines: LineTable | None,
+    distortion: str | None, coefficients: ArrayLike | None, intrinsics: str | ArrayLike,
+    estimated: Sequence[str] | None,
 ) -> tuple[Scene, State]:  # fmt: skip
-    """Return all observations of points, and the start."""
+    """Return all observations, and the start."""
     matrices, motors = checked_cameras(cameras)
     c = len(motors)
     places = real_array(points, "points", (-1, 3) if np.size(points) else (-1,), "x y z").astype(np.float64)
@@ -201,25 +203,13 @@ def _checked(
     model, bent, n_given = checked_distortion(cameras, distortion, coefficients, c)
     lenses = np.concatenate([intrinsics_of(matrices), bent], 1)
     lens_of, by_parameter = checked_lenses(intrinsics, estimated, lenses, model, n_given)
-    no_lines = SeenLines(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, 2, 2)))
+    ends, seen = checked_lines(lines, image_lines, c)
+    straight = without_distortion(seen, model, lenses, bool(by_parameter.shape[1]))
     whole = Scene(
-        camera, point, pixels, model, 0.0, 1.0, np.ones(c, bool), np.ones(len(places), bool), no_lines,
-        np.zeros(0, bool), np.zeros((0, 2), np.int64), lens_of, by_parameter,
+        camera, point, pixels, model, 0.0, 1.0, np.ones(c, bool), np.ones(len(places), bool), straight,
+        np.ones(len(ends), bool), np.zeros((0, 2), np.int64), lens_of, by_parameter,
     )  # fmt: skip
-    return whole, State(motors, lenses, places, np.zeros((0, 2, 3)))
-
-
-def _with_lines(
-    whole: Scene, start: State, lines: ArrayLike | None, image_lines: LineTable | None
-) -> tuple[Scene, State]:
-    """Return observations and start with lines."""
-    if lines is None and image_lines is None:
-        return whole, start
-    ends, camera, line, pixels = checked_lines(lines, image_lines, len(start.motors))
-    is_estimated = bool(whole.by_parameter.shape[1])
-    pixels = without_distortion(camera, pixels, whole.model, start.lenses, is_estimated)
-    seen = SeenLines(camera, line, pixels)
-    return replace(whole, lines=seen, free_lines=np.ones(len(ends), bool)), replace(start, lines=ends)
+    return whole, State(motors, lenses, places, ends)
 
 
 def _parts(whole: Scene, start: State, held: Reals | None, held_points: Reals) -> Parts:

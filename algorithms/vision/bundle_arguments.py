@@ -12,6 +12,7 @@ from generated import pga3
 from ..arguments import Reals, as_given, listed, real_array
 from ..precision import ROUNDING, SINGLE
 from .bundle_results import Observations
+from .bundle_scene import SeenLines
 from .camera import Camera, matrix_of
 from .distortion import Distortion
 from .plane_adjustment import N_INTRINSICS
@@ -85,8 +86,8 @@ def checked_table(observations: Table, c: int, m: int) -> tuple[Reals, Reals, Re
     return camera, point, pixels.astype(np.float64)
 
 
-def checked_lines(lines: ArrayLike | None, image_lines: LineTable | None, c: int) -> tuple[Reals, Reals, Reals, Reals]:
-    """Return lines (l, 2, 3), and the cameras (k,), lines (k,) and pixels (k, 2, 2) of what c cameras see of them."""
+def checked_lines(lines: ArrayLike | None, image_lines: LineTable | None, c: int) -> tuple[Reals, SeenLines]:
+    """Return lines (l, 2, 3), and what c cameras see of them: nothing if there are none."""
     if (lines is None) != (image_lines is None):
         raise ValueError("lines, image_lines: one of both; expected lines and where they are seen, or neither")
     if lines is None or image_lines is None:
@@ -99,7 +100,7 @@ def checked_lines(lines: ArrayLike | None, image_lines: LineTable | None, c: int
     if ends.ndim != 3 or pixels.ndim != 3:
         raise ValueError(f"lines: shapes {ends.shape} and {pixels.shape}; expected (l, 2, 3) and (k, 2, 2)")
     camera, line = _numbers("image_lines", parts[:2], {"cameras": c, "lines": len(ends)}, len(pixels))
-    return ends, camera, line, pixels
+    return ends, SeenLines(camera, line, pixels)
 
 
 def _numbers(where: str, given: tuple[ArrayLike, ...], limits: dict[str, int], k: int) -> list[Reals]:
@@ -119,26 +120,27 @@ def _numbers(where: str, given: tuple[ArrayLike, ...], limits: dict[str, int], k
     return tables
 
 
-def without_distortion(camera: Reals, pixels: Reals, model: str, lenses: Reals, is_estimated: bool) -> Reals:
-    """Return pixels (k, 2, 2) of pinhole cameras, for lenses (c, q) that are known.
+def without_distortion(seen: SeenLines, model: str, lenses: Reals, is_estimated: bool) -> SeenLines:
+    """Return observations with the pixels of pinhole cameras, for lenses (c, q) that are known.
 
     Raises
     ------
     ValueError
         If lenses with distortion are estimated: lines are bent in their images.
     """
-    if model == "pinhole" or not len(pixels):
-        return pixels
-    bent = np.logical_or(lenses[:, N_INTRINSICS:].any(1), model == "fisheye")
+    if model == "pinhole" or not len(seen.pixels):
+        return seen
     if is_estimated:
         raise ValueError("lines: lenses with distortion are estimated; expected intrinsics='fixed', or no distortion")
-    found = pixels.copy()
-    for number in np.unique(camera[bent[camera]]):
+    bent = np.logical_or(lenses[:, N_INTRINSICS:].any(1), model == "fisheye")
+    found = seen.pixels.copy()
+    for number in np.unique(seen.camera[bent[seen.camera]]):
         coefficients = tuple(lenses[number, N_INTRINSICS:].tolist())
         lens = Distortion(model, coefficients)  # type: ignore[arg-type]
         own = Camera(matrix_of(lenses[number, :N_INTRINSICS]), np.eye(8)[0], lens)
-        found[camera == number] = own.undistort(pixels[camera == number])
-    return found
+        here = seen.camera == number
+        found[here] = own.undistort(seen.pixels[here])
+    return seen._replace(pixels=found)
 
 
 def checked_fixed(given: ArrayLike | None, n: int, name: str) -> Reals:
