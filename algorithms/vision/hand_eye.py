@@ -83,8 +83,7 @@ def hand_eye(a: ArrayLike, b: ArrayLike, refine: bool = True) -> HandEye:
         inliers[p] = some
         if agreed[p] and not some.all():
             part = solver.of_motions(hand[None, some], eye[None, some], pairs[p : p + 1] & refine, refine)
-            for whole, left in zip(found, part, strict=True):
-                whole[p] = left[0]
+            _replace(found, p, part)
     found[1] = _tested(found[1], found[3], screws.reach, agreed, still)
     return HandEye(*(_shaped(each, leading, dtype) for each in (*found, inliers)))
 
@@ -150,8 +149,7 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
         part = _of_different_poses(one[p : p + 1, known[p]], two[p : p + 1, known[p]], refine, noise, still_below)
         inliers, part[4] = part[4], known[p : p + 1].copy()
         part[4][:, known[p]] = inliers
-        for whole, left in zip(found, part, strict=True):
-            whole[p] = left[0]
+        _replace(found, p, part)
     return HandEyeOfPoses(*(_shaped(each, leading, dtype) for each in found))
 
 
@@ -161,8 +159,7 @@ def _of_different_poses(one: Reals, two: Reals, refine: bool, noise: Noise, stil
     for p, first, copied in agreement.copies(one, two):
         part = _from_poses(one[p : p + 1, first], two[p : p + 1, first], refine, noise, still_below)
         part[4] = part[4][:, copied]
-        for whole, left in zip(found, part, strict=True):
-            whole[p] = left[0]
+        _replace(found, p, part)
     return found
 
 
@@ -182,12 +179,17 @@ def _from_poses(one: Reals, two: Reals, refine: bool, noise: Noise, still_below:
         if agreed[p] and not some.all():
             right, seen = hand[None, some], eye[None, some]
             part = solver.of_all_poses(right, seen, solver.between(right), solver.between(seen), refine, noise)
-            for whole, left in zip(found, part, strict=True):
-                whole[p] = left[0]
+            _replace(found, p, part)
     floors = np.full(len(one), still_below), still_below * screws.reach
     deviation, contradicted = noises.deviations(one, two, found[0], found[4], inliers, floors)
     found[1] = _tested(found[1], found[3], screws.reach, agreed & ~contradicted, still)
     return [*found[:4], inliers, found[4], deviation]
+
+
+def _replace(found: list[Reals], p: int | np.integer[Any], part: list[Reals]) -> None:
+    """Set the arrays of a problem to those of a single one."""
+    for whole, left in zip(found, part, strict=True):
+        whole[p] = left[0]
 
 
 class _Screws(NamedTuple):
