@@ -7,7 +7,7 @@ import numpy as np
 from algorithms.vision import HandEyeStatus, hand_eye_from_poses
 from generated import pga3
 
-from .evidence_scenes import BOUND, Trial, row
+from .evidence_scenes import Trial, is_within, row
 
 
 def _motions(rng: np.random.Generator, turn: float, length: float, *count: int) -> np.ndarray:
@@ -38,14 +38,7 @@ def _recorded(
     found = hand_eye_from_poses(hands, eyes)
     if found.status != HandEyeStatus.OK:
         return Trial(False, False)
-    return Trial(True, any(_is_near(found.motor, place, found.deviation) for place in places))
-
-
-def _is_near(found: np.ndarray, true: np.ndarray, deviation: np.ndarray) -> bool:
-    off = pga3.motor_relative(true, found)
-    angle = float(np.linalg.norm(pga3.rotor_to_rotation_vector(off[:4])))
-    away = float(np.linalg.norm(pga3.move_point(off, np.zeros(3))))
-    return angle <= BOUND * deviation[0] and away <= BOUND * deviation[1]
+    return Trial(True, any(is_within(found.motor, place, found.deviation) for place in places))
 
 
 @row("`hand_eye_from_poses`", "6 to 19 poses with noise of the camera", good=True)

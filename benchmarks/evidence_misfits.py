@@ -7,7 +7,7 @@ import numpy as np
 from algorithms.vision import Camera, Distortion, bundle_adjust, calibrate_from_planes, localize, localize_rig
 from generated import pga3
 
-from .evidence_scenes import BOUND, Trial, row
+from .evidence_scenes import Trial, is_within, row
 
 _K = np.array([[1100.0, 0, 660], [0, 1120.0, 470], [0, 0, 1]])
 """A camera that no test uses."""
@@ -16,13 +16,6 @@ _SIZE = np.array([1300.0, 950.0])
 
 def _motor(turn: np.ndarray, place: np.ndarray) -> np.ndarray:
     return np.asarray(pga3.motor_from_rotation_vector_translation(turn, place))
-
-
-def _is_within(found: np.ndarray, true: np.ndarray, deviation: np.ndarray) -> bool:
-    own, other = (np.asarray(pga3.motor_to_matrix(each)) for each in (found, true))
-    angle = np.arccos(np.clip((np.trace(own[:3, :3].T @ other[:3, :3]) - 1) / 2, -1, 1))
-    off = np.array([angle, np.linalg.norm(own[:3, 3] - other[:3, 3])])
-    return bool((off <= BOUND * deviation).all())
 
 
 def _cloud(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
@@ -37,7 +30,7 @@ def _located(rng: np.random.Generator, points: np.ndarray, pose: np.ndarray, see
     found = localize(points, seen + rng.normal(0, rng.uniform(0.2, 0.7), seen.shape), _K)
     if found.status != 0:
         return Trial(False, False)
-    return Trial(True, _is_within(found.pose, pose, found.deviation))
+    return Trial(True, is_within(found.pose, pose, found.deviation))
 
 
 def _with_moved(rng: np.random.Generator, is_compact: bool) -> Trial:
@@ -87,7 +80,7 @@ def _rig_trial(rng: np.random.Generator, is_wrong: bool) -> Trial:
     found = localize_rig(pga3.move_point(pose, np.array(inside)), pixels, cameras, which)
     if found.status != 0:
         return Trial(False, False)
-    return Trial(True, _is_within(found.pose, pose, found.deviation))
+    return Trial(True, is_within(found.pose, pose, found.deviation))
 
 
 @row("`localize_rig`", "four cameras, 40 to 120 points, no threshold", good=True)

@@ -8,6 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from generated import pga3
+
 BOUND = 4.03
 """Standard deviations that the largest of three errors exceeds with a probability of a thousandth."""
 
@@ -55,6 +57,13 @@ def row(
         return trial
 
     return registered
+
+
+def is_within(found: np.ndarray, true: np.ndarray, deviation: np.ndarray, bound: float = BOUND) -> bool:
+    """Return whether rotation and translation of a motor are within a multiple of their deviations (2,)."""
+    off = pga3.motor_relative(true, found)
+    turn, shift = pga3.rotor_to_rotation_vector(off[:4]), pga3.move_point(off, np.zeros(3))
+    return bool((np.linalg.norm([turn, shift], axis=1) <= bound * deviation).all())
 
 
 def rotation(rng: np.random.Generator, most: float) -> np.ndarray:

@@ -16,7 +16,7 @@ from algorithms.vision import (
 )
 from generated import pga3
 
-from .evidence_scenes import BOUND, Trial, rotation, row
+from .evidence_scenes import BOUND, Trial, is_within, rotation, row
 
 _K = np.array([[950.0, 0, 600], [0, 930.0, 410], [0, 0, 1]])
 """A camera that no test uses."""
@@ -235,7 +235,4 @@ def _rig(rng: np.random.Generator, n: int, share: float) -> Trial:
     found = localize_rig(pga3.move_point(pose, np.array(inside)), pixels, cameras, which, threshold=1.5)
     if found.status != 0:
         return Trial(False, False)
-    own, true = (pga3.motor_to_matrix(each) for each in (found.pose, pose))
-    angle = np.arccos(np.clip((np.trace(own[:3, :3].T @ true[:3, :3]) - 1) / 2, -1, 1))
-    apart = np.linalg.norm(own[:3, 3] - true[:3, 3])
-    return Trial(True, bool(angle < 5 * found.deviation[0] and apart < 5 * found.deviation[1]))
+    return Trial(True, is_within(found.pose, pose, found.deviation, 5.0))
