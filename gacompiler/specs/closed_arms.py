@@ -48,6 +48,14 @@ def _measured(found, size):
     return branches, gaps, tuple(reaching.difference(made, left, size) for made, left in ends)
 
 
+def _judged(found, goal, wanted, axes, size, turns, free, low, *limits):
+    """Return what `reaching.judged` says of one branch."""
+    (branch,), (gap,), _ = found
+    q = _in_rows(branch, low)
+    off = reaching.distance(q, goal, axes, turns, size)
+    return tuple(reaching.judged(q, gap, off, wanted, turns, free, low, *limits))
+
+
 def _smaller(gap, more):
     return ga.select(ga.absolute(gap) <= COINCIDE, gap, ga.minimum(gap, more))
 
@@ -91,13 +99,10 @@ def three_parallel_axes_branch(
 
     The sides are 1 or -1 for each of the three pairs of solutions, and `lines` are the axes.
     """
-    chosen = [(side,) for side in sides]
-    (branch,), (gap,), _ = branches_of_three_parallel_axes(goal, lines, point, plane, signs, chosen)
-    q = _in_rows(branch, low)
-    return tuple(reaching.judged(
-        q, gap, reaching.distance(q, goal, axes, turns, size), wanted, turns, free, low, high, slack, right, exact,
-        rough, no_root, coincide, missing,
-    ))  # fmt: skip
+    found = branches_of_three_parallel_axes(goal, lines, point, plane, signs, [(side,) for side in sides])
+    return _judged(
+        found, goal, wanted, axes, size, turns, free, low, high, slack, right, exact, rough, no_root, coincide, missing
+    )
 
 
 def branches_of_three_parallel_axes(goal, axes, point, plane, signs, sides=EVERY):
@@ -161,13 +166,10 @@ def spherical_wrist_branch(
     exact, rough, no_root, coincide, missing,
 ):  # fmt: skip
     """Compute and judge one of the branches of `spherical_wrist`, as `three_parallel_axes_branch`."""
-    chosen = [(side,) for side in sides]
-    (branch,), (gap,), _ = branches_of_spherical_wrist(goal, lines, centre, base, mix, third, order > 0, chosen)
-    q = _in_rows(branch, low)
-    return tuple(reaching.judged(
-        q, gap, reaching.distance(q, goal, axes, turns, size), wanted, turns, free, low, high, slack, right, exact,
-        rough, no_root, coincide, missing,
-    ))  # fmt: skip
+    found = branches_of_spherical_wrist(goal, lines, centre, base, mix, third, order > 0, [(side,) for side in sides])
+    return _judged(
+        found, goal, wanted, axes, size, turns, free, low, high, slack, right, exact, rough, no_root, coincide, missing
+    )
 
 
 def branches_of_spherical_wrist(goal, axes, centre, base, mix, third, is_first_before_third, sides=EVERY):
