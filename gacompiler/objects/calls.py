@@ -286,6 +286,9 @@ def _as_single(x: Any) -> Any:
 def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
     """Apply a Python operator to operands that include a multivector, and bind it to the types of single ones."""
     first, second = type(a), type(b)
+    role = _roles.get(first)
+    if role is not None:
+        return _play(role, a, b if second is ArrayMultivector and b.shape else _as_single(b))
     if (first in _MANY or second in _MANY) and (symbol != "/" or second in _NUMBERS or second is np.ndarray):
         operands = (a,) if b is _ABSENT else (a, b)
         definition = SYMBOLS.get((symbol, len(operands)))
@@ -297,13 +300,10 @@ def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
         raise ZeroDivisorError(
             "division", f"{a} / 0", "a divisor other than zero", "in an array, such quotients are infinite or NaN"
         )
-    if any(hasattr(kind, "family") for kind in (first, second)) and first not in _roles:
+    if any(hasattr(kind, "family") for kind in (first, second)):
         a, b = objects_of(f"a {symbol} b" if symbol != "()" else "a(b)", (a, b))
         return OPERATORS[symbol, 2](a, b)
     if symbol in ("()", ">>"):
-        role = _roles.get(first)
-        if role is not None:
-            return _play(role, a, b)
         if isinstance(b, Expression) and isinstance(a, MultivectorArray):
             return apply(SYMBOLS[symbol, 2], a, b)
         if not _is_operand(b):

@@ -13,7 +13,7 @@ from ..errors import ZeroDivisorError
 from ..gac_runtime.array_element import Element
 from .caches import cached_by_name
 from .definitions import has_scalar_square
-from .normalizing import ROUNDINGS, is_clearly_not_null, is_null, range_exponents
+from .normalizing import LARGE, ROUNDINGS, SMALL, is_clearly_not_null, is_null, largest_factor, range_exponents
 from .tables import inverse_by_equations
 
 
@@ -49,7 +49,7 @@ def inverted(
         return run(x)
     values = x.values
     is_simple = _has_scalar_square(layout) and values.dtype.kind != "c"
-    found = None if is_simple else inverse_by_equations(x, wrap)
+    found = _of_array(x, run) if is_simple else inverse_by_equations(x, wrap)
     if found is None and not x.shape and values.dtype == np.float64:
         found = _of_single(x, run, is_simple)
     if found is not None:
@@ -77,6 +77,25 @@ def _of_single(x: Any, run: Callable[[Any], Any], is_simple: bool) -> Any:
     residual = sum(map(abs, (x * found - 1).values.tolist()))
     size = _scalar_size(x.layout, found.layout, x.values.tolist(), found.values.tolist())
     return found if residual < 1 and ROUNDINGS * sys.float_info.epsilon * size < 1 else None
+
+
+def _of_array(x: Any, run: Callable[[Any], Any]) -> Any:
+    """Return the inverses ``y = ~x / (x ~x)`` of an array if all elements clearly have one, else None; fast.
+
+    The absolute terms of ``t = x ~x`` have a sum of at most ``c |x|^2``, where c is the largest sum of absolute factors
+    of one coefficient, and ``|y| = |x| / |t|``. So their sum is at most ``c |x| |y|`` times ``|t|``, which is at least
+    ``1 / (c |y|^2)``. Sums over the whole array are bounds for each element.
+    """
+    layout, values = x.layout, x.values
+    if values.ndim < 2 or layout.fixed or layout.implied or values.dtype != np.float64:
+        return None
+    factor = largest_factor(layout)
+    if not factor:
+        return None
+    found = run(x)
+    size, other = (float(np.vdot(each, each)) for each in (values.ravel("K"), found.values.ravel("K")))
+    is_in_range = factor * size < LARGE and factor * other < 1 / SMALL
+    return found if is_in_range and size * other * (ROUNDINGS * sys.float_info.epsilon * factor) ** 2 < 1 else None
 
 
 @cached_by_name

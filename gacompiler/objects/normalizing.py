@@ -30,6 +30,18 @@ def _squared_norm(layout: Layout) -> tuple[tuple[float, tuple[int, ...]], ...]:
     return tuple((float(factor), tuple(monomial)) for monomial, factor in polynomial.terms.items())
 
 
+@cached_by_name
+def largest_factor(layout: Layout) -> float:
+    """Return the largest sum of absolute factors of a coefficient in ``x ~x``, or 0 if that is not a quadratic form."""
+    sums = [0.0] * layout.size
+    for factor, places in _squared_norm(layout):
+        if len(places) != 2:
+            return 0.0
+        for place in places:
+            sums[place] += abs(factor) / 2
+    return max(sums)
+
+
 def _measured(layout: Layout, coefficients: Sequence[Any]) -> tuple[Any, Any]:
     """Return the squared norm and the sum of the absolute values of its terms, for numbers or arrays."""
     total: Any = 0.0

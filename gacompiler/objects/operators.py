@@ -1,9 +1,10 @@
 """Operations on given layouts, which are compiled on first use and cached until the program ends.
 
 The first use runs the fast stages of the compiler: trace, rewrite, decide, and the choice of the cheapest form of the
-expression. The result is proved and runs immediately as Python code. Meanwhile a C compiler builds one small function
-of the same program (`native.py`), which replaces the Python code when it is ready. After enough work on arrays to
-justify the cost, another process compiles the operation in the same manner as generated modules (`modules.py`).
+expression. The result is proved and runs immediately: line by line in the extension (`interpreted.py`), or as Python
+code. Meanwhile a C compiler builds one small function of the same program (`native.py`), which replaces it when it is
+ready. After enough work on arrays to justify the cost, another process compiles the operation in the same manner as
+generated modules (`modules.py`).
 """
 
 from __future__ import annotations
@@ -44,6 +45,7 @@ from ..passes.schedule import schedule
 from .background import QUEUE, Job
 from .caches import key_of
 from .definitions import Definition
+from .interpreted import Interpreted, flat_form, is_interpreted
 from .kept_programs import Kept, place_of
 from .layouts import chosen_layout
 from .library import LIBRARY, NUMPY
@@ -101,6 +103,8 @@ class Operator:
                 place.put(Kept(self.program, self.result, self.kernel.returns is not None))
         self._native: Native | None = None
         self._call: Any = None
+        self._interpreted: Any = None
+        self._flat = flat_form(self.program, extension())
         self._build = Build(self.program) if is_wanted() else None
         self._shapes = [argument.shape for argument in self.program.arguments]
         self._is_exact = not is_transcendental(self.program)
@@ -121,8 +125,13 @@ class Operator:
     def _computed(self, arrays: Sequence[np.ndarray[Any, Any]]) -> np.ndarray[Any, Any]:
         if self._module is not None and not any(a.dtype.kind == "c" for a in arrays):
             return np.asarray(self._module(*arrays))
-        if self._call is not None:
-            out: np.ndarray[Any, Any] | None = self._call.attempt(*arrays)
+        if self._flat is not None:
+            found = self._flat(*arrays)
+            if found is not None:
+                return np.asarray(found)
+        calls = self._call or self._interpreter()
+        if calls is not None:
+            out: np.ndarray[Any, Any] | None = calls.attempt(*arrays)
             if out is not None:
                 self._count(out.size // math.prod(self._out))
                 return out
@@ -133,8 +142,6 @@ class Operator:
             shapes = " and ".join(map(str, leadings))
             raise ValueError(f"{self.definition.name}: shapes {shapes} do not broadcast") from None
         is_double = not any(a.dtype != np.float64 for a in arrays)
-        if is_double and self._call is None and self._has_call():
-            return self._computed(arrays)
         if self._native is not None:  # for arrays that the extension does not read, or without it
             self._count(math.prod(leading))
         in_chunks = is_double and not self._is_exact and self.state not in ("text", "failed")
@@ -145,6 +152,15 @@ class Operator:
         self._work += self._operations * n_elements
         if self._work > ENOUGH_WORK:
             self._begin_module()
+
+    def _interpreter(self) -> Any:
+        """Return what runs the operation on arrays in the extension: the compiled function if it is ready."""
+        if self._has_call():
+            return self._call
+        calls = extension()
+        if self._interpreted is None and calls is not None and is_interpreted(self.program, calls):
+            self._interpreted = Interpreted(self.program, calls)
+        return self._interpreted
 
     def _has_call(self) -> bool:
         """Whether the extension can run the compiled function on arrays, which it reads directly."""

@@ -9,6 +9,9 @@
 #include <structmember.h>
 #include <stddef.h>
 #include <stdint.h>
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
 
 #define MAX_ARRAYS 16
 #define MAX_AXES 3
@@ -857,6 +860,240 @@ typedef struct {
     intptr_t steps[MAX_ARRAYS * (1 + MAX_AXES)]; /* Strides between elements of a row, then within elements. */
     intptr_t *inner;
 } Batch;
+
+/* Programs: kernels whose lines are run one after the other on blocks of elements, before they are compiled.
+
+   A program is a sequence of words: the numbers of inputs, results, constants, lines and slots; the number of
+   coefficients of each input, 0 for a number; the slots of the results; the constants, as bits; and the lines, of five
+   words each: an operation, the slot that it writes, and three that it reads. A slot has one number of each element of
+   a block. The first slots are those of inputs and constants; a line writes no slot that it reads. */
+
+#define BLOCK 64
+#define OPERATIONS(OPERATION)                                                                   \
+    OPERATION(add, a[i] + b[i])                                                                 \
+    OPERATION(subtract, a[i] - b[i])                                                            \
+    OPERATION(multiply, a[i] * b[i])                                                            \
+    OPERATION(add_product, c[i] + a[i] * b[i])                                                  \
+    OPERATION(subtract_product, c[i] - a[i] * b[i])                                             \
+    OPERATION(divide, a[i] / b[i])                                                              \
+    OPERATION(negate, -a[i])                                                                    \
+    OPERATION(sqrt, __builtin_sqrt(a[i]))                                                       \
+    OPERATION(abs, __builtin_fabs(a[i]))                                                        \
+    OPERATION(minimum, a[i] < b[i] || a[i] != a[i] ? a[i] : b[i])                               \
+    OPERATION(maximum, a[i] > b[i] || a[i] != a[i] ? a[i] : b[i])                               \
+    OPERATION(less, (double)(a[i] < b[i]))                                                      \
+    OPERATION(less_equal, (double)(a[i] <= b[i]))                                               \
+    OPERATION(equal, (double)(a[i] == b[i]))                                                    \
+    OPERATION(select, a[i] != 0 ? b[i] : c[i])
+#define OPERATION_NAME(name, value) #name " "
+#define OPERATION_CODE(name, value) CODE_##name,
+#define OPERATION_CASE(name, value)                                                             \
+    case CODE_##name:                                                                           \
+        for (int i = 0; i < BLOCK; i++)                                                         \
+            out[i] = value;                                                                     \
+        break;
+
+enum { OPERATIONS(OPERATION_CODE) N_OPERATIONS };
+
+static inline __attribute__((always_inline)) void run_lines(const int64_t *line, int64_t n_lines, double *slots)
+{
+    for (int64_t k = 0; k < n_lines; k++, line += 5) {
+        double *restrict out = slots + line[1] * BLOCK;
+        const double *a = slots + line[2] * BLOCK, *b = slots + line[3] * BLOCK, *c = slots + line[4] * BLOCK;
+        switch (line[0]) {
+            OPERATIONS(OPERATION_CASE)
+        }
+    }
+}
+
+static inline __attribute__((always_inline)) void multiply_all(
+    double *restrict to, const double *restrict a, const double *restrict b, intptr_t n
+)
+{
+    for (intptr_t i = 0; i < n; i++)
+        to[i] = a[i] * b[i];
+}
+
+static void multiply_anywhere(double *to, const double *a, const double *b, intptr_t n)
+{
+    multiply_all(to, a, b, n);
+}
+
+static void run_lines_anywhere(const int64_t *lines, int64_t n_lines, double *slots)
+{
+    run_lines(lines, n_lines, slots);
+}
+
+/* Writes rows as columns: ``to[k * step + i] = rows[i][k]`` for `n` columns. There are pointers to rows up to the next
+   multiple of 4. */
+static void exchange(double *to, intptr_t step, const double *const *rows, int n_rows, int n)
+{
+    for (int k = 0; k < n; k++)
+        for (int i = 0; i < n_rows; i++)
+            to[k * step + i] = rows[i][k];
+}
+
+#if defined(__x86_64__)
+#define IN_VECTORS __attribute__((target("avx2"))) static void
+
+IN_VECTORS run_lines_in_vectors(const int64_t *lines, int64_t n_lines, double *slots)
+{
+    run_lines(lines, n_lines, slots);
+}
+
+/* Stores the first numbers of a vector; masked stores are slow on some processors. */
+static inline __attribute__((target("avx2"), always_inline)) void store(double *to, __m256d x, int n)
+{
+    const __m128d low = _mm256_castpd256_pd128(x);
+    if (n == 4)
+        _mm256_storeu_pd(to, x);
+    else if (n == 1)
+        _mm_store_sd(to, low);
+    else
+        _mm_storeu_pd(to, low);
+    if (n == 3)
+        _mm_store_sd(to + 2, _mm256_extractf128_pd(x, 1));
+}
+
+IN_VECTORS multiply_in_vectors(double *to, const double *a, const double *b, intptr_t n)
+{
+    multiply_all(to, a, b, n);
+}
+
+IN_VECTORS exchange_in_vectors(double *to, intptr_t step, const double *const *rows, int n_rows, int n)
+{
+    static const int64_t words[] = {-1, -1, -1, -1, 0, 0, 0, 0};
+    for (int i = 0; i < n_rows; i += 4) {
+        const double *const *row = rows + i;
+        const int height = n_rows - i < 4 ? n_rows - i : 4;
+        for (int k = 0; k < n; k += 4) {
+            const int width = n - k < 4 ? n - k : 4;
+            const __m256i wide = _mm256_loadu_si256((const __m256i *)(words + 4 - width));
+            __m256d a, b, c, d;
+            if (width == 4) {
+                a = _mm256_loadu_pd(row[0] + k), b = _mm256_loadu_pd(row[1] + k);
+                c = _mm256_loadu_pd(row[2] + k), d = _mm256_loadu_pd(row[3] + k);
+            } else {
+                a = _mm256_maskload_pd(row[0] + k, wide), b = _mm256_maskload_pd(row[1] + k, wide);
+                c = _mm256_maskload_pd(row[2] + k, wide), d = _mm256_maskload_pd(row[3] + k, wide);
+            }
+            const __m256d ab = _mm256_unpacklo_pd(a, b), cd = _mm256_unpacklo_pd(c, d);
+            const __m256d even = _mm256_unpackhi_pd(a, b), odd = _mm256_unpackhi_pd(c, d);
+            double *out = to + k * step + i;
+            store(out, _mm256_permute2f128_pd(ab, cd, 0x20), height);
+            if (width > 1)
+                store(out + step, _mm256_permute2f128_pd(even, odd, 0x20), height);
+            if (width > 2)
+                store(out + 2 * step, _mm256_permute2f128_pd(ab, cd, 0x31), height);
+            if (width > 3)
+                store(out + 3 * step, _mm256_permute2f128_pd(even, odd, 0x31), height);
+        }
+    }
+}
+#define HAS_VECTORS() __builtin_cpu_supports("avx2")
+#else
+#define run_lines_in_vectors run_lines_anywhere
+#define exchange_in_vectors exchange
+#define multiply_in_vectors multiply_anywhere
+#define HAS_VECTORS() 0
+#endif
+
+/* Reads the coefficients of `n` elements into slots, whose rest gets those of the first one. */
+static void read_slots(double *slots, const char *from, intptr_t step, intptr_t inner, int size, int n, int vectors)
+{
+    const intptr_t width = sizeof(double);
+    if (step != width && inner == width) {
+        const double *rows[BLOCK];
+        const int n_rows = (n + 3) / 4 * 4;
+        for (int i = 0; i < n_rows; i++)
+            rows[i] = (const double *)(from + (i < n ? i : 0) * step);
+        (vectors ? exchange_in_vectors : exchange)(slots, BLOCK, rows, n_rows, size);
+        for (int k = 0; k < size; k++)
+            for (int i = n_rows; i < BLOCK; i++)
+                slots[k * BLOCK + i] = slots[k * BLOCK];
+        return;
+    }
+    for (int k = 0; k < size; k++, slots += BLOCK, from += inner) {
+        if (step == width)
+            memcpy(slots, from, (size_t)n * sizeof(double));
+        else
+            for (int i = 0; i < n; i++)
+                slots[i] = *(const double *)(from + i * step);
+        for (int i = n; i < BLOCK; i++)
+            slots[i] = slots[0];
+    }
+}
+
+static void write_slots(
+    char *to, intptr_t step, intptr_t inner, const double *slots, const int64_t *results, int n_results, int n,
+    int vectors
+)
+{
+    const intptr_t width = sizeof(double);
+    if (step == width || inner != width || step % width || n_results > BLOCK) {
+        for (int k = 0; k < n_results; k++)
+            for (int i = 0; i < n; i++)
+                *(double *)(to + i * step + k * inner) = slots[results[k] * BLOCK + i];
+        return;
+    }
+    const double *rows[BLOCK];
+    for (int k = 0; k < (n_results + 3) / 4 * 4; k++)
+        rows[k] = slots + results[k < n_results ? k : 0] * BLOCK;
+    (vectors ? exchange_in_vectors : exchange)((double *)to, step / width, rows, n_results, n);
+}
+
+/* A driver, whose table is a program. */
+static intptr_t run_program(const void *table, char **starts, const intptr_t *dimensions, const intptr_t *steps)
+{
+    const int64_t *words = table, n_inputs = words[0], n_results = words[1], n_constants = words[2];
+    const int64_t *sizes = words + 5, *results = sizes + n_inputs, *constants = results + n_results;
+    const intptr_t n = dimensions[0];
+    const int vectors = HAS_VECTORS();
+    double *slots = malloc((size_t)words[4] * BLOCK * sizeof(double));
+    if (slots == NULL)
+        return 0;
+    for (intptr_t start = 0; start < n; start += BLOCK) {
+        const int count = n - start < BLOCK ? (int)(n - start) : BLOCK;
+        const intptr_t *inner = steps + n_inputs + 1;
+        double *slot = slots;
+        for (int64_t p = 0; p < n_inputs; p++) {
+            const intptr_t axis = sizes[p] ? *inner++ : 0;
+            const int size = sizes[p] ? (int)sizes[p] : 1;
+            if (steps[p] || !start)
+                read_slots(slot, starts[p] + start * steps[p], steps[p], axis, size, steps[p] ? count : 1, vectors);
+            slot += size * BLOCK;
+        }
+        if (!start)
+            read_slots(slot, (const char *)constants, 0, sizeof(double), (int)n_constants, 1, vectors);
+        (vectors ? run_lines_in_vectors : run_lines_anywhere)(constants + n_constants, words[3], slots);
+        char *to = starts[n_inputs] + start * steps[n_inputs];
+        write_slots(
+            to, steps[n_inputs], n_results > 1 ? *inner : (intptr_t)sizeof(double), slots, results, (int)n_results,
+            count, vectors
+        );
+    }
+    free(slots);
+    return DONE;
+}
+
+/* A driver for one argument whose coefficients change signs; elements follow each other in memory. Its table has the
+   number of coefficients, and the signs for a block of elements. */
+static intptr_t change_signs(const void *table, char **starts, const intptr_t *dimensions, const intptr_t *steps)
+{
+    const intptr_t size = *(const int64_t *)table, step = size * (intptr_t)sizeof(double);
+    const double *signs = (const double *)((const int64_t *)table + 1), *from = (const double *)starts[0];
+    double *to = (double *)starts[1];
+    const int vectors = HAS_VECTORS();
+    if (steps[0] != step || steps[1] != step || steps[2] != (intptr_t)sizeof(double))
+        return 0;
+    for (intptr_t start = 0; start < dimensions[0]; start += BLOCK) {
+        const intptr_t n = size * (dimensions[0] - start < BLOCK ? dimensions[0] - start : BLOCK);
+        (vectors ? multiply_in_vectors : multiply_anywhere)(to, from, signs, n);
+        from += n;
+        to += n;
+    }
+    return DONE;
+}
 
 /* Axes of nested loops over a batch, the innermost first. */
 typedef struct {
@@ -2091,11 +2328,15 @@ PyMODINIT_FUNC INIT(void)
     static const char *const texts[] = {BINARY(TEXT) "()", UNARY(TEXT) POWERS(TEXT)};
     PyObject *module = PyModule_Create(&definition);
     PyObject *call = PyType_FromSpec(&call_spec), *value = PyType_FromSpec(&value_spec);
-    PyObject *loops = PyType_FromSpec(&loops_spec);
-    int failed = module == NULL || call == NULL || value == NULL || loops == NULL ||
+    PyObject *loops = PyType_FromSpec(&loops_spec), *drivers = Py_BuildValue(
+        "(KK)", (unsigned long long)(uintptr_t)run_program, (unsigned long long)(uintptr_t)change_signs
+    );
+    int failed = module == NULL || call == NULL || value == NULL || loops == NULL || drivers == NULL ||
                  PyModule_AddObjectRef(module, "Call", call) < 0 ||
                  PyModule_AddObjectRef(module, "LoopCall", loops) < 0 ||
-                 PyModule_AddObjectRef(module, "Value", value) < 0;
+                 PyModule_AddObjectRef(module, "Value", value) < 0 ||
+                 PyModule_AddStringConstant(module, "operations", OPERATIONS(OPERATION_NAME)) < 0 ||
+                 PyModule_AddObjectRef(module, "drivers", drivers) < 0;
     failed = failed || (word_out = PyUnicode_InternFromString("out")) == NULL ||
              (word_in_python = PyUnicode_InternFromString("_in_python")) == NULL ||
              (word_backend = PyUnicode_InternFromString("backend")) == NULL ||
@@ -2108,6 +2349,7 @@ PyMODINIT_FUNC INIT(void)
     Py_XDECREF(call);
     Py_XDECREF(value);
     Py_XDECREF(loops);
+    Py_XDECREF(drivers);
     if (failed)
         Py_CLEAR(module);
     return module;
