@@ -925,9 +925,10 @@ static void run_lines_anywhere(const int64_t *lines, int64_t n_lines, double *sl
 }
 
 /* Writes rows as columns: ``to[k * step + i] = rows[i][k]`` for `n` columns. There are pointers to rows up to the next
-   multiple of 4. */
-static void exchange(double *to, intptr_t step, const double *const *rows, int n_rows, int n)
+   multiple of 4. If `is_long`, the numbers of rows may be read up to the next multiple of 4, too. */
+static void exchange(double *to, intptr_t step, const double *const *rows, int n_rows, int n, int is_long)
 {
+    (void)is_long;
     for (int k = 0; k < n; k++)
         for (int i = 0; i < n_rows; i++)
             to[k * step + i] = rows[i][k];
@@ -960,7 +961,9 @@ IN_VECTORS multiply_in_vectors(double *to, const double *a, const double *b, int
     multiply_all(to, a, b, n);
 }
 
-IN_VECTORS exchange_in_vectors(double *to, intptr_t step, const double *const *rows, int n_rows, int n)
+IN_VECTORS exchange_in_vectors(
+    double *to, intptr_t step, const double *const *rows, int n_rows, int n, int is_long
+)
 {
     static const int64_t words[] = {-1, -1, -1, -1, 0, 0, 0, 0};
     for (int i = 0; i < n_rows; i += 4) {
@@ -970,7 +973,7 @@ IN_VECTORS exchange_in_vectors(double *to, intptr_t step, const double *const *r
             const int width = n - k < 4 ? n - k : 4;
             const __m256i wide = _mm256_loadu_si256((const __m256i *)(words + 4 - width));
             __m256d a, b, c, d;
-            if (width == 4) {
+            if (width == 4 || is_long) {
                 a = _mm256_loadu_pd(row[0] + k), b = _mm256_loadu_pd(row[1] + k);
                 c = _mm256_loadu_pd(row[2] + k), d = _mm256_loadu_pd(row[3] + k);
             } else {
@@ -999,7 +1002,9 @@ IN_VECTORS exchange_in_vectors(double *to, intptr_t step, const double *const *r
 #endif
 
 /* Reads the coefficients of `n` elements into slots, whose rest gets those of the first one. */
-static void read_slots(double *slots, const char *from, intptr_t step, intptr_t inner, int size, int n, int vectors)
+static void read_slots(
+    double *slots, const char *from, intptr_t step, intptr_t inner, int size, int n, int is_last, int vectors
+)
 {
     const intptr_t width = sizeof(double);
     if (step != width && inner == width) {
@@ -1007,7 +1012,9 @@ static void read_slots(double *slots, const char *from, intptr_t step, intptr_t 
         const int n_rows = (n + 3) / 4 * 4;
         for (int i = 0; i < n_rows; i++)
             rows[i] = (const double *)(from + (i < n ? i : 0) * step);
-        (vectors ? exchange_in_vectors : exchange)(slots, BLOCK, rows, n_rows, size);
+        (vectors ? exchange_in_vectors : exchange)(
+            slots, BLOCK, rows, n_rows, size, !is_last && step == size * width
+        );
         for (int k = 0; k < size; k++)
             for (int i = n_rows; i < BLOCK; i++)
                 slots[k * BLOCK + i] = slots[k * BLOCK];
@@ -1039,7 +1046,7 @@ static void write_slots(
     const double *rows[BLOCK];
     for (int k = 0; k < (n_results + 3) / 4 * 4; k++)
         rows[k] = slots + results[k < n_results ? k : 0] * BLOCK;
-    (vectors ? exchange_in_vectors : exchange)((double *)to, step / width, rows, n_results, n);
+    (vectors ? exchange_in_vectors : exchange)((double *)to, step / width, rows, n_results, n, 1);
 }
 
 /* A driver, whose table is a program. */
@@ -1060,11 +1067,14 @@ static intptr_t run_program(const void *table, char **starts, const intptr_t *di
             const intptr_t axis = sizes[p] ? *inner++ : 0;
             const int size = sizes[p] ? (int)sizes[p] : 1;
             if (steps[p] || !start)
-                read_slots(slot, starts[p] + start * steps[p], steps[p], axis, size, steps[p] ? count : 1, vectors);
+                read_slots(
+                    slot, starts[p] + start * steps[p], steps[p], axis, size, steps[p] ? count : 1,
+                    start + count == n, vectors
+                );
             slot += size * BLOCK;
         }
         if (!start)
-            read_slots(slot, (const char *)constants, 0, sizeof(double), (int)n_constants, 1, vectors);
+            read_slots(slot, (const char *)constants, 0, sizeof(double), (int)n_constants, 1, 1, vectors);
         (vectors ? run_lines_in_vectors : run_lines_anywhere)(constants + n_constants, words[3], slots);
         char *to = starts[n_inputs] + start * steps[n_inputs];
         write_slots(
