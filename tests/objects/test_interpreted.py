@@ -10,14 +10,15 @@ import numpy as np
 import pytest
 
 from gacompiler.errors import ZeroDivisorError
-from gacompiler.gac_runtime.extension import extension
 from gacompiler.ir.program import Argument, Line, Program, Result
 from gacompiler.ir.scalar import Op
 from gacompiler.objects import CGA3, PGA3, STA, VGA3
 from gacompiler.objects.definitions import BINARY, UNARY
 from gacompiler.objects.interpreted import Interpreted, flat_form, is_interpreted
+from gacompiler.objects.native import extension as find_extension
 from gacompiler.objects.operators import operator_of
 
+extension = find_extension()
 pytestmark = pytest.mark.skipif(extension is None, reason="needs the extension")
 
 SIZES = (1, 2, 63, 64, 65, 200)
