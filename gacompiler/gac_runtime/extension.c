@@ -167,7 +167,8 @@ static PyObject *word_backend, *word_num_threads;
     OPERATOR(negative, "-")
 #define POWERS(OPERATOR)                                                                        \
     OPERATOR(square, "**2")                                                                     \
-    OPERATOR(cube, "**3")
+    OPERATOR(cube, "**3")                                                                       \
+    OPERATOR(reciprocal, "**-1")
 #define SYMBOL(name, text) SYMBOL_##name,
 #define ONE_OPERAND(name, text) 1,
 #define TWO_OPERANDS(name, text) 2,
@@ -260,7 +261,23 @@ typedef struct {
     Kind *result; /* NULL if the result is a number: of `scalar_type` if that is set, else a float. */
     int swapped;
     int is_scalar;
+    Py_ssize_t n_limits;
+    double *limits; /* Those of the squared norm of a divisor, outside of which Python runs the operation, or NULL. */
 } Operation;
+
+/* Whether the squared norm of a divisor is in the range of doubles, and not 0 up to rounding. The limits are those of
+   the sum of its absolute terms, the least ratio to that sum, and for each term its factor and two places. */
+static int is_divisor(const Operation *operation, const double *x)
+{
+    const double *limits = operation->limits;
+    double total = 0, size = 0;
+    for (Py_ssize_t k = 3; k < operation->n_limits; k += 3) {
+        const double term = limits[k] * x[(int)limits[k + 1]] * x[(int)limits[k + 2]];
+        total += term;
+        size += __builtin_fabs(term);
+    }
+    return limits[0] < size && size < limits[1] && __builtin_fabs(total) > limits[2] * size;
+}
 
 /* Memory of up to MOST_SPARE deallocated values of each kind is reused for new ones, which speeds up loops. */
 #ifdef Py_GIL_DISABLED
@@ -477,7 +494,7 @@ static PyObject *operate_two(int symbol, PyObject *a, PyObject *b)
     const int known = left != NULL && right != NULL && left->operate == right->operate && !divides_by_zero;
     if (known && right->index < left->n_operations[symbol]) {
         const Operation *operation = &left->operations[symbol][right->index];
-        if (operation->function != NULL)
+        if (operation->function != NULL && (operation->limits == NULL || is_divisor(operation, y)))
             return operation->swapped ? run_operation(operation, y, x) : run_operation(operation, x, y);
     }
     const int is_left = is_value(a);
@@ -518,9 +535,11 @@ static PyObject *value_power(PyObject *a, PyObject *b, PyObject *modulus)
         int overflow;
         const long exponent = PyLong_AsLongAndOverflow(b, &overflow);
         const Kind *kind = ((Value *)a)->kind;
-        const int symbol = exponent == 2 ? SYMBOL_square : SYMBOL_cube;
-        if ((exponent == 2 || exponent == 3) && kind->n_operations[symbol])
-            return run_operation(&kind->operations[symbol][0], ((Value *)a)->x, NULL);
+        const int symbol = exponent == 2 ? SYMBOL_square : exponent == 3 ? SYMBOL_cube : SYMBOL_reciprocal;
+        const Operation *operation = kind->operations[symbol];
+        if ((exponent == 2 || exponent == 3 || exponent == -1) && kind->n_operations[symbol] &&
+            (operation->limits == NULL || is_divisor(operation, ((Value *)a)->x)))
+            return run_operation(operation, ((Value *)a)->x, NULL);
     }
     /* The values of generated modules have no powers, and get here if the exponent is a value that has. */
     PyObject *power = PyObject_GetAttr((PyObject *)Py_TYPE(a), word_power);
@@ -637,8 +656,11 @@ static int value_buffer(PyObject *self, Py_buffer *view, int flags)
 static void free_kind(PyObject *capsule)
 {
     Kind *kind = PyCapsule_GetPointer(capsule, "Kind");
-    for (int k = 0; k < N_SYMBOLS; k++)
+    for (int k = 0; k < N_SYMBOLS; k++) {
+        for (Py_ssize_t i = 0; i < kind->n_operations[k]; i++)
+            PyMem_Free(kind->operations[k][i].limits);
         PyMem_Free(kind->operations[k]);
+    }
     while (kind->n_spares > 0)
         PyObject_Free(kind->spares[--kind->n_spares]);
     PyMem_Free(kind->fields);
@@ -714,9 +736,10 @@ static PyObject *value_adopt(PyObject *cls, PyObject *args)
 
 PyDoc_STRVAR(
     bind_operator_doc,
-    "bind_operator(symbol, operands, result, address, swapped)\n--\n\n"
+    "bind_operator(symbol, operands, result, address, swapped, limits=b'')\n--\n\n"
     "Let an operator on values of these types run the kernel at an address. `result` is a type of values, the class\n"
-    "of numbers passed to `set_number`, or None for float."
+    "of numbers passed to `set_number`, or None for float. `limits` are doubles, those of a squared norm: if that of\n"
+    "the last operand is not between them, the operator runs in Python."
 );
 
 static PyObject *bind_operator(PyObject *Py_UNUSED(module), PyObject *args)
@@ -724,7 +747,11 @@ static PyObject *bind_operator(PyObject *Py_UNUSED(module), PyObject *args)
     PyObject *word, *operands, *result;
     unsigned long long address;
     int swapped;
-    if (!PyArg_ParseTuple(args, "UO!OKp", &word, &PyTuple_Type, &operands, &result, &address, &swapped))
+    const char *limits = NULL;
+    Py_ssize_t n_bytes = 0;
+    if (!PyArg_ParseTuple(
+            args, "UO!OKp|y#", &word, &PyTuple_Type, &operands, &result, &address, &swapped, &limits, &n_bytes
+        ))
         return NULL;
     int symbol = 0;
     const Py_ssize_t n = PyTuple_GET_SIZE(operands);
@@ -752,7 +779,17 @@ static PyObject *bind_operator(PyObject *Py_UNUSED(module), PyObject *args)
         left->operations[symbol] = more;
         left->n_operations[symbol] = index + 1;
     }
-    left->operations[symbol][index] = (Operation){(Function)(uintptr_t)address, result_kind, swapped, is_scalar};
+    double *copy = NULL;
+    if (n_bytes) {
+        copy = PyMem_Malloc((size_t)n_bytes);
+        if (copy == NULL)
+            return PyErr_NoMemory();
+        memcpy(copy, limits, (size_t)n_bytes);
+    }
+    PyMem_Free(left->operations[symbol][index].limits);
+    left->operations[symbol][index] = (Operation){
+        (Function)(uintptr_t)address, result_kind, swapped, is_scalar, n_bytes / (Py_ssize_t)sizeof(double), copy
+    };
     Py_RETURN_NONE;
 }
 

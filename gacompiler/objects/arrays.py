@@ -202,19 +202,22 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
 
     def __pow__(self, exponent: Numbers) -> Self:
         """Return a product of equal factors; a negative integer exponent gives a power of the inverse."""
+        operated: Self
         try:
             n = operator.index(exponent)  # type: ignore[arg-type]
         except TypeError:
             return self.power(exponent)
-        if n < 0:
-            return self.inverse() ** -n
+        if n < -1:
+            return (self**-1) ** -n
+        if n == -1 and not is_single(type(self)):
+            return self.inverse()
         if n == 1:
             return self
         if n == 0:
             one: Any = wrap(SCALAR, np.ones(self.shape)) if self.shape else Scalar(1.0)
             return one
-        if n <= LARGEST_POWER:
-            operated: Self = self._operate(f"**{n}", self)
+        if n <= LARGEST_POWER:  # or -1
+            operated = self._operate(f"**{n}", self)
             return operated
         half = self ** (n // 2)
         return half * self * half if n % 2 else half * half

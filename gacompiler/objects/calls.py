@@ -37,22 +37,30 @@ from .arrays import (
 from .definitions import BINARY, FUNCTIONS, UNARY, Definition, power_of
 from .methods import Engine, run_by
 from .native import extension
+from .normalizing import is_clearly_not_null, limits_of_divisor
 from .operators import OBSERVERS, Operator, operator_of
 from .scalars import Scalar
 from .tables import table_of
 
-SYMBOLS = {
-    (symbol, each.row.operands): (UNARY if each.row.operands == 1 else BINARY)[each]
-    for each in Operation
-    if each.row.kind is not Kind.SCALAR
-    for symbol in (each.row.operator, *each.row.object_operators)
-    if symbol
-} | {(f"**{n}", 1): power_of(n) for n in range(2, LARGEST_POWER + 1)}
+SYMBOLS = (
+    {
+        (symbol, each.row.operands): (UNARY if each.row.operands == 1 else BINARY)[each]
+        for each in Operation
+        if each.row.kind is not Kind.SCALAR
+        for symbol in (each.row.operator, *each.row.object_operators)
+        if symbol
+    }
+    | {(f"**{n}", 1): power_of(n) for n in range(2, LARGEST_POWER + 1)}
+    | {("**-1", 1): UNARY["inverse"]}
+)
 """Definitions of Python's operators by symbol and number of operands; ``()`` is the call ``m(x)``."""
 
 
 QUOTIENT = Definition("quotient", ("a", "b"), "a * ~b")
-"""Division by a unit versor, whose inverse is its reverse; other divisors are inverted first."""
+"""Division by a unit versor, whose inverse is its reverse."""
+
+DIVISION = Definition("division", ("a", "b"), "a * ga.inverse(b)")
+"""Division by a single element whose square is clearly a number other than 0; other divisors are inverted first."""
 
 
 _NUMBERS = (float, int, Scalar)
@@ -315,20 +323,27 @@ def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
     elif second in _NUMBERS and is_single(first):
         return OPERATORS[symbol, 2](a, single_type(SCALAR)(b))
     operands, types = ((a,), (first,)) if b is _ABSENT else ((a, b), (first, second))
+    limits = b""
     if not all(map(_is_operand, operands)):
         return NotImplemented
     definition = SYMBOLS[symbol, len(operands)]
     if symbol == "/" and isinstance(b, (MultivectorArray, Multivector)):
-        other = b if isinstance(b, MultivectorArray) else from_exact(b)
+        other: Any = b if isinstance(b, MultivectorArray) else from_exact(b)
         if other.algebra is not SCALARS:
             if isinstance(a, MultivectorArray) and a.algebra not in (SCALARS, other.algebra):
                 raise mixed("division", a.algebra, other.algebra)
-            if not other.layout.unit:
+            limits = limits_of_divisor(other.layout) if all(map(is_single, types)) else b""
+            if other.layout.unit:
+                definition, limits = QUOTIENT, b""
+            elif limits and is_clearly_not_null(other.layout, other._numbers()):
+                definition = DIVISION
+            else:
                 return a * other.inverse()
-            definition = QUOTIENT
-    result = apply(definition, *operands)
-    if extension() is not None and all(map(is_single, types)):
-        _bind_operation(symbol, definition, *operands)
+    elif symbol == "**-1":
+        limits = b"" if a.layout.unit else limits_of_divisor(a.layout)
+    result = apply(definition, *operands) if symbol != "**-1" else a.inverse()
+    if extension() is not None and all(map(is_single, types)) and (symbol != "**-1" or limits or a.layout.unit):
+        _bind_operation(symbol, definition, operands, limits)
     return result
 
 
@@ -336,20 +351,20 @@ def _layout(x: Any) -> Layout:
     return SCALAR if x.layout.is_scalar else x.layout
 
 
-def _bind_operation(symbol: str, definition: Definition, *operands: Any) -> None:
+def _bind_operation(symbol: str, definition: Definition, operands: tuple[Any, ...], limits: bytes) -> None:
     """Let a Python operator on single multivectors of these types run the compiled function if there is one."""
     layouts = tuple(_layout(x) for x in operands)
     if table_of(definition, layouts) is None:
         found = operator_of(definition, layouts)
         native = found.native
-        _bind(symbol, tuple(map(type, operands)), found, native and native.element)
+        _bind(symbol, tuple(map(type, operands)), found, native and native.element, limits)
 
 
-def _bind(symbol: str, types: tuple[type, ...], found: Operator, address: int | None) -> None:
+def _bind(symbol: str, types: tuple[type, ...], found: Operator, address: int | None, limits: bytes = b"") -> None:
     """Let the extension run a compiled function on objects of these types from now on."""
     if address is not None:
         result = Scalar if found.result.is_scalar else single_type(found.result)
-        extension().bind_operator(symbol, types, result, address, False)
+        extension().bind_operator(symbol, types, result, address, False, limits)
 
 
 MultivectorArray._operate = staticmethod(operate)

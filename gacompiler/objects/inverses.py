@@ -12,8 +12,16 @@ from ..algebra.layout import SCALAR, Layout
 from ..errors import ZeroDivisorError
 from ..gac_runtime.array_element import Element
 from .caches import cached_by_name
-from .definitions import has_scalar_square
-from .normalizing import LARGE, ROUNDINGS, SMALL, is_clearly_not_null, is_null, largest_factor, range_exponents
+from .normalizing import (
+    LARGE,
+    ROUNDINGS,
+    SMALL,
+    is_clearly_not_null,
+    is_null,
+    is_simple,
+    largest_factor,
+    range_exponents,
+)
 from .tables import inverse_by_equations
 
 
@@ -45,13 +53,13 @@ def inverted(
     layout = x.layout
     if layout.unit:
         return run(x)
-    if numbers is not None and _has_scalar_square(layout) and is_clearly_not_null(layout, numbers):
+    if numbers is not None and is_simple(layout) and is_clearly_not_null(layout, numbers):
         return run(x)
     values = x.values
-    is_simple = _has_scalar_square(layout) and values.dtype.kind != "c"
-    found = _of_array(x, run) if is_simple else inverse_by_equations(x, wrap)
+    has_norm = is_simple(layout) and values.dtype.kind != "c"
+    found = _of_array(x, run) if has_norm else inverse_by_equations(x, wrap)
     if found is None and not x.shape and values.dtype == np.float64:
-        found = _of_single(x, run, is_simple)
+        found = _of_single(x, run, has_norm)
     if found is not None:
         return found
     exponents = range_exponents(layout, values) if values.dtype.kind != "c" else None
@@ -60,15 +68,15 @@ def inverted(
         found = run(scaled)
     except ZeroDivisorError:  # no element of this layout has an inverse
         return _refused(x, x, np.ones(x.shape, bool), wrap)
-    without = is_null(layout, scaled.values) if is_simple else ~_is_inverse(scaled, found)
+    without = is_null(layout, scaled.values) if has_norm else ~_is_inverse(scaled, found)
     if exponents is not None:
         found = _mapped(found, lambda rows: np.ldexp(rows, -exponents[..., None]), wrap)
     return _refused(x, found, without, wrap) if np.any(without) else found
 
 
-def _of_single(x: Any, run: Callable[[Any], Any], is_simple: bool) -> Any:
+def _of_single(x: Any, run: Callable[[Any], Any], has_norm: bool) -> Any:
     """Return the inverse of a single element if it clearly has one in the range of doubles, else None; fast."""
-    if is_simple:
+    if has_norm:
         return run(x) if is_clearly_not_null(x.layout, x.values.tolist()) else None
     try:
         found = run(x)
@@ -96,16 +104,6 @@ def _of_array(x: Any, run: Callable[[Any], Any]) -> Any:
     size, other = (float(np.vdot(each, each)) for each in (values.ravel("K"), found.values.ravel("K")))
     is_in_range = factor * size < LARGE and factor * other < 1 / SMALL
     return found if is_in_range and size * other * (ROUNDINGS * sys.float_info.epsilon * factor) ** 2 < 1 else None
-
-
-@cached_by_name
-def _has_scalar_square(layout: Layout) -> bool:
-    """Whether ``x ~x`` is a number for every element, so that ``~x / (x ~x)`` has an error of a few roundings.
-
-    Layouts with more blades than vectors and a number are not examined in many dimensions, where that takes long.
-    """
-    n = layout.algebra.dimension
-    return (n <= 5 or layout.size <= n + 1) and has_scalar_square(layout)
 
 
 def _is_inverse(x: Any, found: Any) -> Any:

@@ -14,6 +14,7 @@ from ..errors import ZeroDivisorError
 from ..gac_runtime.array_element import Element
 from ..rings.polynomial import PolynomialRing
 from .caches import cached_by_name
+from .definitions import has_scalar_square
 
 SMALL, LARGE = 1e-200, 1e200
 """Squared norms between these limits neither overflow nor lose precision by underflow."""
@@ -66,6 +67,26 @@ def range_exponents(layout: Layout, values: np.ndarray[Any, Any]) -> np.ndarray[
         _, exponents = np.frexp(largest)
         far = np.isfinite(largest) & ((largest < SMALL**0.25) | (largest > LARGE**0.25))
     return np.where(far, exponents, 0) if np.any(far) else None
+
+
+@cached_by_name
+def is_simple(layout: Layout) -> bool:
+    """Whether ``x ~x`` is a number for every element, so that ``~x / (x ~x)`` has an error of a few roundings.
+
+    Layouts with more blades than vectors and a number are not examined in many dimensions, where that takes long.
+    """
+    n = layout.algebra.dimension
+    return (n <= 5 or layout.size <= n + 1) and has_scalar_square(layout)
+
+
+@cached_by_name
+def limits_of_divisor(layout: Layout) -> bytes:
+    """Return what the extension compares in place of `is_clearly_not_null`; empty if ``x ~x`` is no quadratic form."""
+    if layout.fixed or layout.implied or not is_simple(layout) or not largest_factor(layout):
+        return b""
+    terms = [(factor, *places) for factor, places in _squared_norm(layout)]
+    limits = (SMALL, LARGE, ROUNDINGS * sys.float_info.epsilon)
+    return np.array([limits, *terms], float).tobytes()
 
 
 def is_clearly_not_null(layout: Layout, numbers: Sequence[float], epsilon: float = sys.float_info.epsilon) -> bool:
