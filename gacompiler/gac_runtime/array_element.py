@@ -111,6 +111,11 @@ class Element:
         """Number of elements."""
         return math.prod(self.shape)
 
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """That of `numpy.asarray`, an array of elements; libraries such as xarray need it of arrays that they hold."""
+        return np.dtype(object)
+
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray[Any, Any]:
         """Return the coefficients for a type of numbers, ``np.asarray(x, float)``; otherwise an array of elements.
 

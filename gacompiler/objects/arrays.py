@@ -39,7 +39,7 @@ from .logarithms import versor_logarithm
 from .methods import Operations, applied, curried
 from .native import extension, extension_is_settled
 from .normalizing import normalized
-from .numpy_functions import NumpyFunctions
+from .numpy_functions import NumpyFunctions, joined
 from .printing import latex_of, repr_of, text_of
 from .scalars import Scalar
 
@@ -369,6 +369,7 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
 
     def isclose(self, other: Self | Multivector | Numbers, rtol: float = 1e-9, atol: float = 1e-12) -> Truth:
         """Whether multivectors are equal within a tolerance, regardless of their layouts; an array of booleans."""
+        other = joined(other)
         found = applied(BINARY["subtract"], self, other)
         difference = np.abs(found.values if isinstance(found, MultivectorArray) else np.asarray(found)[..., None])
         return number_of(np.all(difference <= atol + rtol * self._largest(other), axis=-1))

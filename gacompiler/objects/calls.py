@@ -38,6 +38,7 @@ from .definitions import BINARY, FUNCTIONS, UNARY, Definition, power_of
 from .methods import Engine, run_by
 from .native import extension
 from .normalizing import is_clearly_not_null, limits_of_divisor
+from .numpy_functions import joined
 from .operators import OBSERVERS, Operator, operator_of
 from .scalars import Scalar
 from .tables import table_of
@@ -149,6 +150,8 @@ def apply(definition: Definition, *operands: Any) -> Any:
         return known.call(known.holder(*_flat(operands)))
     if not _MANY.isdisjoint(types) and (result := _known_result(definition, operands)) is not None:
         return result
+    if np.ndarray in types:
+        operands = tuple(map(joined, operands))
     symbolic = next((each for each in operands if isinstance(each, Expression)), None)
     if symbolic is not None:
         return definition.function(definition.algebra or symbolic.algebra)(*operands)
@@ -297,6 +300,10 @@ def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
     role = _roles.get(first)
     if role is not None:
         return _play(role, a, b if second is ArrayMultivector and b.shape else _as_single(b))
+    if (first is np.ndarray and a.dtype == object) or (second is np.ndarray and b.dtype == object):
+        pair = joined(a), joined(b)
+        if pair[0] is not a or pair[1] is not b:
+            return OPERATORS[symbol, 2](*pair)
     if (first in _MANY or second in _MANY) and (symbol != "/" or second in _NUMBERS or second is np.ndarray):
         operands = (a,) if b is _ABSENT else (a, b)
         definition = SYMBOLS.get((symbol, len(operands)))

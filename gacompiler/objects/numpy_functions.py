@@ -264,7 +264,16 @@ def _of_values(run: Callable[[Any], Any], together: Callable[..., Any]) -> Calla
     return lambda x: together(run(x.values), axis=-1)[()]
 
 
+def joined(x: Any) -> Any:
+    """Return an array of elements for an array of objects some of which are elements; all else unchanged."""
+    if type(x) is not np.ndarray or x.dtype != object or not any(isinstance(each, NumpyFunctions) for each in x.flat):
+        return x
+    found: Any = np.stack(list(x.flat))
+    return found.reshape((*x.shape, *found.shape[1:]))
+
+
 def _equal(a: Any, b: Any) -> Any:
+    a, b = joined(a), joined(b)
     if isinstance(a, NumpyFunctions) and isinstance(b, NumpyFunctions):
         return a == b
     return np.zeros(np.broadcast_shapes(np.shape(a), np.shape(b)), bool)[()]

@@ -93,7 +93,7 @@ class Expanded:
             return cls({(): value} if value else {})
         if isinstance(value, sympy.Expr) and not value.is_Matrix:
             return _read(value)
-        if getattr(value, "dtype", None) is not None and getattr(value, "shape", None) == ():
+        if getattr(value, "shape", None) == () and hasattr(value, "item"):
             value = value.item()
         if isinstance(value, bool):
             raise _refusal(value, "write 0 or 1")

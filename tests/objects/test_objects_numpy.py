@@ -294,3 +294,28 @@ def test_columns_of_results_are_each_in_one_piece() -> None:
     found = operator_of(UNARY["negate"], (PGA3.algebra.DIRECTION,))._in_python([rows], (50,))
     np.testing.assert_array_equal(found, -rows)
     assert found.strides[0] == found.itemsize
+
+
+def test_arrays_that_numpy_made_of_elements_are_operands() -> None:
+    """The result for each element, for layouts that are equal or not."""
+    p, q, m = PGA3.point(1, 2, 3), PGA3.point(0, 0, 1), PGA3.motor([0, 0, 1], 0.5, 1, 2, 3)
+    operators: dict[str, Any] = {
+        ">>": lambda a, b: m >> b, "()": lambda a, b: m(b), "+": lambda a, b: a + b, "-": lambda a, b: a - b,
+        "&": lambda a, b: a & b, "|": lambda a, b: a | b, "*": lambda a, b: a * b, "/": lambda a, b: b / m,
+        "add": np.add, "commutator": lambda a, b: m.commutator(b), "outer": lambda a, b: p.outer_product(b),
+    }  # fmt: skip
+    for pair in ([p, q], [p, m], [[p, q], [q, m]]):
+        made = np.array(pair)
+        assert made.dtype == object
+        for name, run in operators.items():
+            for one, two in ((q, made), (made, q)):
+                if isinstance(two, np.ndarray) or name in ("+", "-", "&", "|", "*"):
+                    found = run(one, two)
+                    for index in np.ndindex(made.shape):
+                        wanted = run(*(x[index] if isinstance(x, np.ndarray) else x for x in (one, two)))
+                        part = found[index] if np.shape(found) == made.shape else found
+                        assert np.all(abs(wanted - part) < 1e-12) if np.isscalar(wanted) else wanted.isclose(part), name
+    made = np.array([p, q])
+    assert (made == q).tolist() == (q == made).tolist() == [False, True]
+    assert (made != q).tolist() == (q != made).tolist() == [True, False]
+    assert p.isclose(made).tolist() == [True, False]

@@ -13,6 +13,7 @@ import pytest
 
 import gacompiler as ga
 from gacompiler.algebra.catalog import PGA3
+from gacompiler.objects import PGA3 as SPACE
 from generated import pga3
 
 pytestmark = pytest.mark.peers
@@ -228,3 +229,11 @@ def test_the_page(monkeypatch: pytest.MonkeyPatch) -> None:
     to_mean = p.mean(axis=0) - p  # the direction of each line, e23 e31 e12 of the join
     directions = names["lines"].values[:, :3]
     np.testing.assert_allclose(np.linalg.norm(directions, axis=1), np.linalg.norm(to_mean, axis=1), 1e-12)
+
+
+def test_xarray_holds_elements() -> None:
+    points = SPACE.point(np.eye(3))
+    weights = xr.DataArray([1.0, 2, 3], dims="t", coords={"t": [10, 20, 30]})
+    for found in (points * weights, weights * points):
+        assert found.dims == ("t",) and "TRIVECTOR" in repr(found)
+        assert (found.sel(t=20).data == 2 * points[1]) and (found + found).data.isclose(2 * found.data).all()
