@@ -31,6 +31,10 @@ __all__ = [
 ]  # fmt: skip
 
 
+_OF_ALGEBRA = (Operation.DUAL, Operation.UNDUAL, Operation.POLARITY, Operation.REGRESSIVE_PRODUCT)
+"""Operations whose results depend on the algebra of a number."""
+
+
 def apply(operation: Operation, *arguments: Any) -> Any:
     """Apply `operation`: return an expression if any argument is an expression, else the value.
 
@@ -40,7 +44,12 @@ def apply(operation: Operation, *arguments: Any) -> Any:
     ------
     OperandError
         If an argument is neither a multivector nor a number.
+    AlgebraError
+        If the result depends on the algebra, and all arguments are numbers.
     """
+    if operation in _OF_ALGEBRA and all(is_number(a) or getattr(a, "algebra", None) is SCALARS for a in arguments):
+        remedy = "multiply the number by algebra.pseudoscalar, or write algebra.scalar(x)"
+        raise AlgebraError(f"{operation}()", "numbers, which belong to no algebra", "a multivector", remedy)
     if any(isinstance(argument, Expression) for argument in arguments):
         return node(operation, *arguments)
     for argument in arguments:

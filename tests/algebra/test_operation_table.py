@@ -140,7 +140,7 @@ def test_nothing_has_no_row() -> None:
     assert {*UNARY, *BINARY} - further == {
         each for each in WITH_OPERANDS if each.row.kind is not Kind.SCALAR
     } - {Operation.NORMALIZE}  # fmt: skip
-    assert {symbol for symbol, _ in SYMBOLS} == set("+-*/^&|~") | {">>", "()", "**2", "**3"}
+    assert {symbol for symbol, _ in SYMBOLS} == set("+-*/^&|~") | {">>", "()", "**2", "**3", "**-1"}
 
 
 def test_passes_handle_every_product() -> None:

@@ -243,3 +243,14 @@ def test_quaternions_and_complex_numbers_have_the_norms_of_numbers() -> None:
     assert exact * ~exact == 30 and ga.sandwich(exact, exact) == 30 * exact
     number = catalog.COMPLEX.multivector({"1": 3, "e1": 4})
     assert number * ~number == 25 and catalog.VGA2 != catalog.QUATERNIONS
+
+
+@all_cases("function", [ga.dual, ga.undual, ga.polarity, lambda x: ga.regressive_product(x, 2)])
+def test_numbers_have_no_dual(function: Any) -> None:
+    """The dual of 3 is 3 e123 in one algebra and 3 e12 in another one."""
+    coefficient = Parameter("p", PGA3.POINT).symbols().e032
+    number = VGA3.vector(1, 2, 3) | VGA3.vector(1, 2, 3)
+    for x in (3, 0.5, Fraction(1, 2), sympy.Symbol("a"), number, np.float64(2), coefficient):
+        with pytest.raises(GacError, match="numbers, which belong to no algebra"):
+            function(x)
+    assert ga.dual(PGA3.scalar(3)) == 3 * PGA3.pseudoscalar
