@@ -34,10 +34,10 @@ from .arrays import (
     values_of,
     wrap,
 )
-from .definitions import BINARY, FUNCTIONS, UNARY, Definition, power_of
-from .methods import Engine, run_by
+from .definitions import BINARY, FUNCTIONS, NORMALIZE, UNARY, Definition, power_of
+from .methods import Engine, curried, run_by
 from .native import extension
-from .normalizing import is_clearly_not_null, limits_of_divisor
+from .normalizing import is_clearly_not_null, limits_of_divisor, normalized
 from .numpy_functions import joined
 from .operators import OBSERVERS, Operator, operator_of
 from .scalars import Scalar
@@ -64,6 +64,9 @@ DIVISION = Definition("division", ("a", "b"), "a * ga.inverse(b)")
 """Division by a single element whose square is clearly a number other than 0; other divisors are inverted first."""
 
 
+_NORMALIZE = curried(NORMALIZE)
+"""``a / norm(a)`` as in kernels; the method of elements also restores the Study condition."""
+
 _NUMBERS = (float, int, Scalar)
 _MANY = frozenset((ArrayMultivector, np.ndarray))
 """Types of operands of which there may be many elements, so that an operation does not go through the extension."""
@@ -72,6 +75,8 @@ _MANY = frozenset((ArrayMultivector, np.ndarray))
 def run_operation(name: str, *operands: Any) -> Any:
     """Apply an operation of the kernel language to objects and numbers, for functions such as `gacompiler.reverse`."""
     operands = objects_of(f"{name}()", operands)
+    if name == "normalize" and isinstance(operands[0], MultivectorArray):
+        return normalized(operands[0], _NORMALIZE[0], wrap)
     if name in ("normalize", "inverse", *FUNCTIONS, "power"):
         return getattr(operands[0], name)(*operands[1:])
     table = UNARY if len(operands) == 1 else BINARY

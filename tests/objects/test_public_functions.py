@@ -254,3 +254,16 @@ def test_numbers_have_no_dual(function: Any) -> None:
         with pytest.raises(GacError, match="numbers, which belong to no algebra"):
             function(x)
     assert ga.dual(PGA3.scalar(3)) == 3 * PGA3.pseudoscalar
+
+
+def test_the_function_normalize_divides_by_the_norm_as_in_kernels() -> None:
+    """An even element that is no motor: the method also makes it one, which kernels do not."""
+    exact = PGA3.multivector({"1": 3, "e12": 4, "e01": 2, "e0123": 5})
+    x = SPACE.of(SPACE.EVEN, from_exact(exact).as_layout(SPACE.EVEN).values)
+    wanted = from_exact(ga.normalize(exact))
+    assert wanted["e0123"] == 1 and ga.normalize(x).isclose(wanted)
+    assert ga.normalize(np.stack([x, 2 * x])).isclose(wanted).all()
+    assert (x.normalize() * ~x.normalize()).isclose(1) and not x.normalize().isclose(wanted)
+    assert ga.normalize(MOTOR).isclose(MOTOR) and ga.normalize(SPACE.plane(3, 0, 4, 5)).isclose(
+        SPACE.plane(0.6, 0, 0.8, 1)
+    )
