@@ -41,6 +41,32 @@ _EXACT = 1 << 53
 _EPSILON = float(np.finfo(np.float64).eps)
 
 
+def quickly(space: Any, name: str, arguments: Sequence[Any]) -> Any:
+    """Return the object by one compiled call if that is known; otherwise count the call, and return None."""
+    look = type(space), name, *look_of(arguments)
+    direct = None if OBSERVERS else _DIRECT.get(look, 0)
+    if type(direct) is tuple:
+        return called(*direct, arguments)
+    if type(direct) is int and direct >= 0 and not is_symbolic(arguments):
+        _count(space, look, name, arguments)
+    return None
+
+
+def _count(space: Any, look: tuple[Any, ...], name: str, arguments: Sequence[Any]) -> None:
+    """Count calls with arguments of the same types, and compile the constructor for them if there are many."""
+    count = _DIRECT[look] = _DIRECT.get(look, 0) + 1
+    if count < OFTEN:
+        return
+    form = form_of(space.algebra, name, arguments)
+    if form is None or extension() is None:
+        _DIRECT[look] = -1
+        return
+    definition = in_algebra(form.definition, space.algebra)
+    made = packed(definition, form.layouts, operator_of(definition, form.layouts))
+    if made is not None:
+        _DIRECT[look] = form, made.holder, made.call
+
+
 class Rigid(Poses[M], Space[M]):
     """Common base of the spaces of algebras with points, rotors and translators."""
 
@@ -164,16 +190,10 @@ class Rigid(Poses[M], Space[M]):
 
     def _construct(self, name: str, arguments: Sequence[Any]) -> Any:
         """Create an object by the first matching form of the table."""
-        look = type(self), name, *look_of(arguments)
-        direct = None if OBSERVERS else _DIRECT.get(look, 0)
-        if type(direct) is tuple:
-            form, holder, call = direct
-            made = called(form, holder, call, arguments)
-            if made is not None:
-                return made
+        made = quickly(self, name, arguments)
+        if made is not None:
+            return made
         symbolic = is_symbolic(arguments)
-        if type(direct) is int and direct >= 0 and not symbolic:
-            self._count(look, name, arguments)
         given = [self._given(name, each) for each in arguments]
         forms = forms_of(name, self._d)
         key = (type(self), name, *[each.look for each in given])
@@ -192,20 +212,6 @@ class Rigid(Poses[M], Space[M]):
             "coefficients, or objects to join: " * (name in ("line", "plane")) + " or ".join(f.text() for f in forms),
             f"points and directions are objects, or {self._d} coordinates along the last axis",
         )  # fmt: skip
-
-    def _count(self, look: tuple[Any, ...], name: str, arguments: Sequence[Any]) -> None:
-        """Count calls with arguments of the same types, and compile the constructor for them if there are many."""
-        count = _DIRECT[look] = _DIRECT.get(look, 0) + 1
-        if count < OFTEN:
-            return
-        form = form_of(self.algebra, name, arguments)
-        if form is None or extension() is None:
-            _DIRECT[look] = -1
-            return
-        definition = in_algebra(form.definition, self.algebra)
-        made = packed(definition, form.layouts, operator_of(definition, form.layouts))
-        if made is not None:
-            _DIRECT[look] = form, made.holder, made.call
 
     def _given(self, name: str, x: Any) -> Given:
         if type(x) is float or (type(x) is int and abs(x) < _EXACT):

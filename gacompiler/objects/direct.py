@@ -14,7 +14,7 @@ from operator import sub
 from typing import Any, NamedTuple
 
 from ..algebra.algebra import Algebra
-from ..algebra.catalog import CGA2, CGA3, PGA2, PGA3
+from ..algebra.catalog import CGA2, CGA3, PGA2, PGA3, QUATERNIONS, VGA3
 from ..algebra.layout import SCALAR, Layout
 from ..errors import GacError
 from .definitions import Definition
@@ -175,6 +175,12 @@ def _flats(point: Layout, vector: Layout) -> dict[str, list[Direct]]:
 
 _COMMON2, _COMMON3 = _flats(_C2, _VECTOR2), _flats(_C3, _VECTOR3)
 _FORMS: dict[tuple[Algebra, str], list[Direct]] = {
+    (VGA3, "rotor"): [_versor("rotor", (VGA3.VECTOR, SCALAR), "axis angle", _TURNED3, _has_axis)],
+    (QUATERNIONS, "rotation"): [
+        _versor(
+            "rotation", (QUATERNIONS.VECTOR, SCALAR), "axis angle", "ga.exp(angle / 2 * ga.normalize(axis))", _has_axis
+        )
+    ],
     (PGA3, "motor"): [
         _motor((_LINE, SCALAR, SCALAR), "axis angle distance", _ABOUT_LINE),
         _motor((_DIRECTION, SCALAR, SCALAR), "axis angle distance", _ABOUT_AXIS),
@@ -257,7 +263,9 @@ _FORMS: dict[tuple[Algebra, str], list[Direct]] = {
         ),
     ],
 }  # fmt: skip
-_PLACES = (_P2, _P3, _C2, _C3, PGA2.DIRECTION, PGA3.DIRECTION, _VECTOR2, _VECTOR3)
+_PLACES = (
+    _P2, _P3, _C2, _C3, PGA2.DIRECTION, PGA3.DIRECTION, _VECTOR2, _VECTOR3, VGA3.VECTOR, QUATERNIONS.VECTOR
+)  # fmt: skip
 """Layouts whose elements may be passed as lists of coordinates."""
 
 

@@ -14,6 +14,7 @@ from ..algebra.catalog import VGA3 as _VGA3
 from ..errors import LayoutError
 from .arrays import MultivectorArray, wrap
 from .checks import require_finite
+from .constructors import quickly
 from .poses import Poses, stacked_quaternion
 from .spaces import Argument, M, Space, define, single_of_numbers, stacked, unit
 
@@ -53,6 +54,9 @@ class Room(Poses[M], Space[M]):
 
     def rotor(self, axis: Argument[M], angle: Argument[M]) -> M:
         """Create the rotor by an angle in radians about an axis of any nonzero length, by the right-hand rule."""
+        made = quickly(self, "rotor", (axis, angle))
+        if made is not None:
+            return cast("M", made)
         return self._make(_ROTOR3, unit("rotor", self._directions("axis", "e1 e2 e3", (axis,))), angle)
 
     def rotor_between(self, a: Argument[M], b: Argument[M]) -> M:
@@ -105,6 +109,9 @@ class Quaternions(Poses[M], Space[M]):
 
         The axis may have any nonzero length.
         """
+        quick = quickly(self, "rotation", (axis, angle))
+        if quick is not None:
+            return cast("M", quick)
         made = self._make(_TURN, unit("rotation", self._imaginary("axis", (axis,))), angle)
         return wrap(_QUATERNIONS.UNIT_QUATERNION, made.values)
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gacompiler.errors import GacError, LayoutError
-from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, constructors, direct, operators
+from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, QUATERNIONS, VGA3, constructors, direct, operators
 from tests.support.all_cases import all_cases
 
 RANDOM = np.random.default_rng(5)
@@ -60,6 +60,8 @@ CASES: dict[str, Callable[[], tuple[Callable[..., Any], tuple[Any, ...]]]] = {
     "conformal rotor about a line": lambda: (CGA3.rotor, (CGA3.line(three(), three()), 0.5)),
     "conformal motor about a line": lambda: (CGA3.motor, (3 * CGA3.line(three(), three()), *three()[:2])),
     "rotor of the plane about the origin": lambda: (PGA2.rotor, (0.7,)),
+    "rotor of vectors": lambda: (VGA3.rotor, (three(), 2.5)),
+    "quaternion": lambda: (QUATERNIONS.rotation, (three(), 2.5)),
     "sphere about a point": lambda: (CGA3.sphere, (CGA3.point(*three()), 2)),
 }
 
