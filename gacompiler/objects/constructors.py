@@ -46,7 +46,8 @@ def quickly(space: Any, name: str, arguments: Sequence[Any]) -> Any:
     look = type(space), name, *look_of(arguments)
     direct = None if OBSERVERS else _DIRECT.get(look, 0)
     if type(direct) is tuple:
-        return called(*direct, arguments)
+        form, holder, call = direct
+        return called(form, holder, call, arguments)
     if type(direct) is int and direct >= 0 and not is_symbolic(arguments):
         _count(space, look, name, arguments)
     return None
