@@ -112,7 +112,7 @@ class Element:
         return math.prod(self.shape)
 
     @property
-    def dtype(self) -> np.dtype[Any]:
+    def dtype(self) -> np.dtype[np.object_]:
         """That of `numpy.asarray`, an array of elements; libraries such as xarray need it of arrays that they hold."""
         return np.dtype(object)
 

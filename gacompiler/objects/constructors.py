@@ -21,51 +21,19 @@ from ..algebra.multivector import Multivector
 from ..errors import LayoutError
 from ..frontend.expression import Expression
 from .arrays import MultivectorArray, from_exact, wrap
-from .calls import packed
 from .checks import largest, refuse, require_blade, require_finite
-from .direct import OFTEN, called, form_of, look_of
+from .direct import quickly
 from .expressions import built, is_symbolic
 from .expressions import coordinates as coordinates_of
 from .forms import COEFFICIENTS, Form, Given, SquaredRadius, forms_of
-from .native import extension
-from .operators import OBSERVERS, operator_of
 from .poses import Poses
-from .spaces import Argument, M, Space, array_of, in_algebra, is_element, numbers, of_floats, single_of_numbers, stacked
+from .spaces import Argument, M, Space, array_of, is_element, numbers, of_floats, single_of_numbers, stacked
 
 _KNOWN: dict[tuple[Any, ...], Form] = {}
 """The form that was found for arguments that look alike."""
-_DIRECT: dict[tuple[Any, ...], Any] = {}
-"""For arguments of the same types the number of calls, -1 if they are never compiled, or the compiled form."""
 _EXACT = 1 << 53
 """Integers below are doubles."""
 _EPSILON = float(np.finfo(np.float64).eps)
-
-
-def quickly(space: Any, name: str, arguments: Sequence[Any]) -> Any:
-    """Return the object by one compiled call if that is known; otherwise count the call, and return None."""
-    look = type(space), name, *look_of(arguments)
-    direct = None if OBSERVERS else _DIRECT.get(look, 0)
-    if type(direct) is tuple:
-        form, holder, call = direct
-        return called(form, holder, call, arguments)
-    if type(direct) is int and direct >= 0 and not is_symbolic(arguments):
-        _count(space, look, name, arguments)
-    return None
-
-
-def _count(space: Any, look: tuple[Any, ...], name: str, arguments: Sequence[Any]) -> None:
-    """Count calls with arguments of the same types, and compile the constructor for them if there are many."""
-    count = _DIRECT[look] = _DIRECT.get(look, 0) + 1
-    if count < OFTEN:
-        return
-    form = form_of(space.algebra, name, arguments)
-    if form is None or extension() is None:
-        _DIRECT[look] = -1
-        return
-    definition = in_algebra(form.definition, space.algebra)
-    made = packed(definition, form.layouts, operator_of(definition, form.layouts))
-    if made is not None:
-        _DIRECT[look] = form, made.holder, made.call
 
 
 class Rigid(Poses[M], Space[M]):

@@ -17,9 +17,13 @@ from ..algebra.algebra import Algebra
 from ..algebra.catalog import CGA2, CGA3, PGA2, PGA3, QUATERNIONS, VGA3
 from ..algebra.layout import SCALAR, Layout
 from ..errors import GacError
+from .calls import packed
 from .definitions import Definition
+from .expressions import is_symbolic
 from .layouts import layout_of
-from .spaces import define
+from .native import extension
+from .operators import OBSERVERS, operator_of
+from .spaces import define, in_algebra
 
 OFTEN = 1000
 """Compiling takes as long as some thousand calls of a constructor."""
@@ -305,3 +309,34 @@ def called(form: Direct, holder: Any, call: Any, arguments: Sequence[Any]) -> An
     except (TypeError, ValueError, OverflowError, GacError):  # other things than numbers
         return None
     return made if math.isfinite(sum(made._numbers())) else None
+
+
+_DIRECT: dict[tuple[Any, ...], Any] = {}
+"""For arguments of the same types the number of calls, -1 if they are never compiled, or the compiled form."""
+
+
+def quickly(space: Any, name: str, arguments: Sequence[Any]) -> Any:
+    """Return the object by one compiled call if that is known; otherwise count the call, and return None."""
+    look = type(space), name, *look_of(arguments)
+    direct = None if OBSERVERS else _DIRECT.get(look, 0)
+    if type(direct) is tuple:
+        form, holder, call = direct
+        return called(form, holder, call, arguments)
+    if type(direct) is int and direct >= 0 and not is_symbolic(arguments):
+        _count(space, look, name, arguments)
+    return None
+
+
+def _count(space: Any, look: tuple[Any, ...], name: str, arguments: Sequence[Any]) -> None:
+    """Count calls with arguments of the same types, and compile the constructor for them if there are many."""
+    count = _DIRECT[look] = _DIRECT.get(look, 0) + 1
+    if count < OFTEN:
+        return
+    form = form_of(space.algebra, name, arguments)
+    if form is None or extension() is None:
+        _DIRECT[look] = -1
+        return
+    definition = in_algebra(form.definition, space.algebra)
+    made = packed(definition, form.layouts, operator_of(definition, form.layouts))
+    if made is not None:
+        _DIRECT[look] = form, made.holder, made.call

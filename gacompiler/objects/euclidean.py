@@ -14,7 +14,7 @@ from ..algebra.catalog import VGA3 as _VGA3
 from ..errors import LayoutError
 from .arrays import MultivectorArray, wrap
 from .checks import require_finite
-from .constructors import quickly
+from .direct import quickly
 from .poses import Poses, stacked_quaternion
 from .spaces import Argument, M, Space, define, single_of_numbers, stacked, unit
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gacompiler.errors import GacError, LayoutError
-from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, QUATERNIONS, VGA3, constructors, direct, operators
+from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, QUATERNIONS, VGA3, direct, operators
 from tests.support.all_cases import all_cases
 
 RANDOM = np.random.default_rng(5)
@@ -69,13 +69,13 @@ CASES: dict[str, Callable[[], tuple[Callable[..., Any], tuple[Any, ...]]]] = {
 @pytest.fixture(autouse=True)
 def at_once(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Compile at the second call, and forget it afterwards."""
-    monkeypatch.setattr(constructors, "OFTEN", 2)
+    monkeypatch.setattr(direct, "OFTEN", 2)
     monkeypatch.setattr(operators, "_OPERATORS", {})  # so that `ready` does not wait for what other tests have used
-    known = dict(constructors._DIRECT)
-    constructors._DIRECT.clear()
+    known = dict(direct._DIRECT)
+    direct._DIRECT.clear()
     yield
-    constructors._DIRECT.clear()
-    constructors._DIRECT.update(known)
+    direct._DIRECT.clear()
+    direct._DIRECT.update(known)
 
 
 def ready() -> None:
@@ -90,16 +90,16 @@ def test_compiled_constructors(name: str) -> None:
         construct, arguments = CASES[name]()
         construct(*arguments)
     ready()
-    compiled = [each for each in constructors._DIRECT.values() if isinstance(each, tuple)]
+    compiled = [each for each in direct._DIRECT.values() if isinstance(each, tuple)]
     for _ in range(20):
         construct, arguments = CASES[name]()
         made = construct(*arguments)
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(constructors, "_DIRECT", {})
+            patch.setattr(direct, "_DIRECT", {})
             expected = construct(*arguments)
         assert made.layout == expected.layout
         np.testing.assert_allclose(made.values, expected.values, rtol=1e-13, atol=1e-14)
-    assert compiled or [each for each in constructors._DIRECT.values() if isinstance(each, tuple)]
+    assert compiled or [each for each in direct._DIRECT.values() if isinstance(each, tuple)]
 
 
 def test_invalid_arguments_raise_the_errors_of_constructors() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gacompiler.errors import AlgebraError, LayoutError
-from gacompiler.objects import CGA3, PGA2, PGA3, VGA3, constructors, motions, quick, relations, shapes
+from gacompiler.objects import CGA3, PGA2, PGA3, VGA3, direct, motions, quick, relations, shapes
 from gacompiler.objects.arrays import ArrayMultivector
 from tests.support.all_cases import all_cases
 
@@ -56,7 +56,7 @@ def test_elements_made_before_the_extension_share_a_type() -> None:
     for x in (d, ArrayMultivector(PGA3.MOTOR, np.eye(8)[0])):
         with pytest.raises(AlgebraError, match="distance: "):
             p.distance(x)
-    for _ in range(2 * constructors.OFTEN):
+    for _ in range(2 * direct.OFTEN):
         assert PGA3.line(p, q).direction().tolist() == [0, 0, 1]
     assert PGA3.line(p, d).direction().tolist() == [1, 0, 0]
 
