@@ -197,8 +197,12 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         ZeroDivisorError
             If this is a single element without an inverse up to rounding: a null vector, a zero divisor, or 0.
         """
+        return self._inverted() if type(self) is ArrayMultivector else self**-1  # which the extension runs
+
+    def _inverted(self) -> Self:
         x: Any = self
-        return inverted(x, _INVERSE[0], wrap, x._numbers() if is_single(type(x)) else None)
+        found: Self = inverted(x, _INVERSE[0], wrap, x._numbers() if is_single(type(x)) else None)
+        return found
 
     def __pow__(self, exponent: Numbers) -> Self:
         """Return a product of equal factors; a negative integer exponent gives a power of the inverse."""
@@ -209,8 +213,8 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
             return self.power(exponent)
         if n < -1:
             return (self**-1) ** -n
-        if n == -1 and not is_single(type(self)):
-            return self.inverse()
+        if n == -1 and type(self) is ArrayMultivector:
+            return self._inverted()
         if n == 1:
             return self
         if n == 0:

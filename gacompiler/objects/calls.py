@@ -353,7 +353,7 @@ def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
                 return a * other.inverse()
     elif symbol == "**-1":
         limits = b"" if a.layout.unit else limits_of_divisor(a.layout)
-    result = apply(definition, *operands) if symbol != "**-1" else a.inverse()
+    result = apply(definition, *operands) if symbol != "**-1" else a._inverted()
     if extension() is not None and all(map(is_single, types)) and (symbol != "**-1" or limits or a.layout.unit):
         _bind_operation(symbol, definition, operands, limits)
     return result
