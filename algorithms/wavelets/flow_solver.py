@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from generated import filters, images
 
 from ..arguments import Reals
-from .flow_equations import enlarged, half_gaussian
+from .flow_equations import half_gaussian, widened
 
 _KNEE = 0.04**2
 """Squared difference of the motions of neighbours, in pixels, above which the penalty is linear, not quadratic."""
@@ -22,7 +22,7 @@ _ROUNDS = 2
 """Number of reweightings; each computes the weights from the current motion."""
 _TREND = half_gaussian(3.0, 10)
 """A Gaussian over which the motion is averaged; only differences from the average are to be smooth."""
-_FILLING = 32
+_FILLING = 16
 """Sweeps for hidden pixels, whose motion starts with that of the nearest visible ones."""
 
 
@@ -101,11 +101,13 @@ def filled(uv: Reals, known: NDArray[np.bool_], image: Reals, contrast: float) -
     """
     motion = np.ascontiguousarray(uv[:, ::2, ::2])
     # Boundaries are accurate to a pixel or two, so the nearest nodes may have the motion of the wrong side.
-    sure = scipy.ndimage.binary_erosion(known[::2, ::2], border_value=1)
+    hidden = ~known[::2, ::2]
+    sure = ~(widened(hidden, 0) | widened(hidden, 1))
     if not sure.any():
         return uv
     nearest = scipy.ndimage.distance_transform_edt(~sure, return_distances=False, return_indices=True)
-    start = motion[:, nearest[0], nearest[1]]
+    start = motion.copy()
+    start[:, ~sure] = motion[:, *nearest[:, ~sure]]
     firm = np.where(sure, np.float32(1e6), np.float32(0))
     none = np.zeros_like(firm)
     sides = np.zeros((2, *image.shape), np.float32)
@@ -114,8 +116,13 @@ def filled(uv: Reals, known: NDArray[np.bool_], image: Reals, contrast: float) -
     sums, parameters = np.stack([firm, none, firm, none, none, none]), np.array([1, 0, 0], np.float32)
     nodes = _relaxed(sums, start, sides, parameters, 1, _FILLING)
     # Pixels between known and other nodes have the motion of the latter.
-    other = (~sure).astype(np.float32)
-    rows, columns = known.shape
-    weight = enlarged(other)[:rows, :columns]
-    mean = enlarged(nodes * other)[:, :rows, :columns] / np.where(weight > 0, weight, 1)
-    return np.where(known | (weight == 0), uv, mean)
+    row, column = np.nonzero(~known)
+    last = np.array(sure.shape)[:, None] - 1
+    ends = [np.minimum((np.stack([row, column]) + step) // 2, last) for step in (0, 1)]
+    around = [(ends[down][0], ends[across][1]) for down in (0, 1) for across in (0, 1)]
+    weight = sum((~sure[place]).astype(np.float32) for place in around)
+    total = sum(nodes[:, *place] * ~sure[place] for place in around)
+    between = weight > 0
+    found = uv.copy()
+    found[:, row[between], column[between]] = (total / np.where(between, weight, 1))[:, between]
+    return found
