@@ -5,7 +5,6 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from generated import images
@@ -87,10 +86,21 @@ def _samples(half: Reals, motion: Reals, known: NDArray[np.bool_]) -> tuple[Real
     # A limit on work: of many nodes, a quarter.
     step = 2 if known.size > LARGE else 1
     row, column = (step * index for index in np.nonzero(known[::step, ::step]))
-    ends = np.stack([row, column]) + motion[::-1, row, column] / 2
-    moved = scipy.ndimage.map_coordinates(half[1], ends, order=1, mode="nearest")
+    moved = _between(half[1], row + motion[1, row, column] / 2, column + motion[0, row, column] / 2)
     moved = np.where(_shrinks(motion)[row, column], moved.mean() if moved.size else 0, moved)
     return moved, half[0][row, column]
+
+
+def _between(image: Reals, y: Reals, x: Reals) -> Reals:
+    """Return values of an image at any places, by linear interpolation; beyond the edges, those of the last pixels."""
+    parts = []
+    for places, size in ((y, image.shape[0]), (x, image.shape[1])):
+        inside = np.clip(places, 0, size - 1)
+        before = np.minimum(inside.astype(np.intp), max(size - 2, 0))
+        parts.append((before, np.minimum(before + 1, size - 1), inside - before))
+    (top, bottom, down), (left, right, across) = parts
+    above, below = (image[i, left] + across * (image[i, right] - image[i, left]) for i in (top, bottom))
+    return np.asarray(above + down * (below - above))
 
 
 def _shrinks(motion: Reals) -> NDArray[np.bool_]:

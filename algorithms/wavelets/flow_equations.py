@@ -6,13 +6,11 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from generated import images
 
 from ..arguments import Reals
-from ..evidence import largest_ratio
 
 _OFFSET = 80
 """Numbers between planes: five lines of a cache."""
@@ -41,6 +39,13 @@ _SEEN = half_gaussian(np.hypot(1.0, 2 * 0.7), _REACH)
 """A Gaussian as wide as that of halved images and the finer one together."""
 _NEAR = half_gaussian(1.5, 6) * np.float32(2**0.5)
 """A Gaussian over which equations of half of the pixels are averaged."""
+_STRUCTURE_OF_NOISE = 2.2067
+"""Mean square of a derivative that white noise alone exceeds with a probability of 1/1000, if that of differences is 1.
+
+The unit is the least mean squared difference of the two images at the same place, as noise may vary. The derivative is
+that of their mean, whose variance is a quarter of that of the difference. The number follows from the filters above and
+from the distribution of F; a test computes it.
+"""
 
 
 class Level:
@@ -100,7 +105,7 @@ class Level:
         # Contrasts of 1 give sums of about 1: the second term matters only where the image is empty.
         ridge = np.float32(1e-4 * (sums[0].mean() + sums[2].mean()) + 1e-12)
         left, least = images.motion_evidence(sums.reshape(6, -1).T, ridge).T.reshape(2, *self._nodes)
-        structure = np.maximum(least - structure_of_noise() * left, 0)
+        structure = np.maximum(least - _STRUCTURE_OF_NOISE * left, 0)
         return sums, structure / (structure + left + ridge), max(median(left), _LEAST_NOISE)
 
     def _ends(self, motion: Reals, k: int) -> tuple[Any, ...]:
@@ -132,44 +137,6 @@ def _between(motion: Reals) -> Reals:
     return motion
 
 
-@lru_cache
-def structure_of_noise() -> float:
-    """Return the mean square of a derivative that white noise alone exceeds with the probability `WRONG`.
-
-    The unit is the least mean squared difference of the two images at the same place, as noise may vary. The derivative
-    is that of their mean, whose variance is a quarter of that of the difference.
-    """
-    width = len(_COARSE)
-    fine, coarse = (np.concatenate([taps[:0:-1], taps]).astype(float) for taps in (_FINE, _COARSE))
-    band = np.pad(np.outer(fine, fine), width - len(_FINE)) - np.outer(coarse, coarse)
-    slopes = np.apply_along_axis(np.convolve, 1, band, [1 / 12, -2 / 3, 0, 2 / 3, -1 / 12])
-    # The motion, two numbers, takes its part of the differences.
-    differences = _freedom(band)
-    variance = differences / (differences - 2)
-    ratio = largest_ratio(_freedom(slopes), differences - 2)
-    return float(variance * ratio * (slopes**2).sum() / (band**2).sum() / 4)
-
-
-def _freedom(taps: Reals) -> int:
-    """Return the degrees of freedom of the distribution of chi-square that averaged squares of filtered noise have.
-
-    It is the one with the same variance.
-    """
-    weights = np.outer(*[np.concatenate([_NEAR[:0:-1], _NEAR]).astype(float)] * 2)
-    # Half of the pixels.
-    weights[np.indices(weights.shape).sum(0) % 2 == 1] = 0
-    pairs, alike = _correlated(weights), _correlated(taps)
-    rows, columns = ((large - small) // 2 for large, small in zip(alike.shape, pairs.shape, strict=True))
-    part = alike[rows : rows + len(pairs), columns : columns + len(pairs)] / alike.max()
-    return round(float(weights.sum() ** 2 / (pairs * part**2).sum()))
-
-
-def _correlated(taps: Reals) -> Reals:
-    """Return the correlation of a filter with itself. (Importing `scipy.signal` takes half a second.)"""
-    sizes = [2 * n - 1 for n in taps.shape]
-    return np.asarray(np.fft.fftshift(np.fft.irfft2(np.abs(np.fft.rfft2(taps, sizes)) ** 2, sizes)))
-
-
 def _planes(count: int, shape: tuple[int, ...]) -> Reals:
     """Return an array (count, M, N) for single precision whose planes begin at different places of lines of a cache.
 
@@ -197,7 +164,8 @@ def too_fine(pair: Reals) -> bool:
     for every in (pair, pair.swapaxes(1, 2)):
         lines = every[:, :: max(every.shape[1] // _LINES, 1)]
         # Edges are left out: what is beyond them is unknown.
-        smooth = scipy.ndimage.correlate1d(lines, taps)[..., _REACH:-_REACH]
+        count = lines.shape[-1] - 2 * _REACH
+        smooth = sum(tap * lines[..., k : k + count] for k, tap in enumerate(taps)) if count > 0 else lines[..., :0]
         slope = smooth[..., 2:] - smooth[..., :-2]
         bend = smooth[..., 2:] + smooth[..., :-2] - 2 * smooth[..., 1:-1]
         if 3 * np.vdot(bend, bend) > np.vdot(slope, slope):

@@ -6,7 +6,6 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from generated import filters, images
@@ -105,9 +104,7 @@ def filled(uv: Reals, known: NDArray[np.bool_], image: Reals, contrast: float) -
     sure = ~(widened(hidden, 0) | widened(hidden, 1))
     if not sure.any():
         return uv
-    nearest = scipy.ndimage.distance_transform_edt(~sure, return_distances=False, return_indices=True)
-    start = motion.copy()
-    start[:, ~sure] = motion[:, *nearest[:, ~sure]]
+    start = _from_nearest(motion, sure)
     firm = np.where(sure, np.float32(1e6), np.float32(0))
     none = np.zeros_like(firm)
     sides = np.zeros((2, *image.shape), np.float32)
@@ -126,3 +123,32 @@ def filled(uv: Reals, known: NDArray[np.bool_], image: Reals, contrast: float) -
     found = uv.copy()
     found[:, row[between], column[between]] = (total / np.where(between, weight, 1))[:, between]
     return found
+
+
+def _from_nearest(motion: Reals, known: NDArray[np.bool_]) -> Reals:
+    """Return a motion (2, m, n) with that of unknown nodes replaced by the nearest known one of their row or column.
+
+    Where there is none, those that were found count as known.
+    """
+    motion, known = motion.copy(), known.copy()
+    while not known.all():
+        row, column = np.nonzero(~known)
+        offers = []
+        for axis, own in ((0, row), (1, column)):
+            size = known.shape[axis]
+            lines = np.moveaxis(known, axis, 0)
+            numbers = np.arange(size)[:, None]
+            before = np.maximum.accumulate(np.where(lines, numbers, -size), 0)
+            after = np.minimum.accumulate(np.where(lines, numbers, 2 * size)[::-1], 0)[::-1]
+            for nearest in (before, after):
+                other = np.moveaxis(nearest, 0, axis)[row, column]
+                offers.append((np.where((other < 0) | (other >= size), np.inf, np.abs(other - own)), other))
+        distance = np.stack([each for each, _ in offers])
+        best = distance.argmin(0)
+        found = distance.min(0) < np.inf
+        row, column, best = row[found], column[found], best[found]
+        other = np.stack([each for _, each in offers])[:, found][best, np.arange(len(best))]
+        from_column = best < 2
+        motion[:, row, column] = motion[:, np.where(from_column, other, row), np.where(from_column, column, other)]
+        known[row, column] = True
+    return motion

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 import scipy.ndimage
 
+from algorithms.evidence import largest_ratio
+from algorithms.wavelets import flow_equations
 from generated import images
 from tests.support.all_cases import all_cases
 
@@ -170,3 +172,46 @@ def test_evidence_is_that_of_the_weaker_direction() -> None:
     assert abs(left - 2) < 1e-6 and abs(least - 1) < 1e-6
     turned = images.motion_evidence(np.array([1.0, 1, 1, 0, 0, 0]), 1e-9)
     assert abs(turned[1]) < 1e-6
+
+
+def structure_of_noise() -> float:
+    """Return the mean square of a derivative that white noise alone exceeds with the probability `WRONG`.
+
+    The unit is the least mean squared difference of the two images at the same place, as noise may vary. The derivative
+    is that of their mean, whose variance is a quarter of that of the difference.
+    """
+    width = len(flow_equations._COARSE)
+    fine, coarse = (
+        np.concatenate([taps[:0:-1], taps]).astype(float) for taps in (flow_equations._FINE, flow_equations._COARSE)
+    )
+    band = np.pad(np.outer(fine, fine), width - len(flow_equations._FINE)) - np.outer(coarse, coarse)
+    slopes = np.apply_along_axis(np.convolve, 1, band, [1 / 12, -2 / 3, 0, 2 / 3, -1 / 12])
+    # The motion, two numbers, takes its part of the differences.
+    differences = _freedom(band)
+    variance = differences / (differences - 2)
+    ratio = largest_ratio(_freedom(slopes), differences - 2)
+    return float(variance * ratio * (slopes**2).sum() / (band**2).sum() / 4)
+
+
+def _freedom(taps: np.ndarray) -> int:
+    """Return the degrees of freedom of the distribution of chi-square that averaged squares of filtered noise have.
+
+    It is the one with the same variance.
+    """
+    weights = np.outer(*[np.concatenate([flow_equations._NEAR[:0:-1], flow_equations._NEAR]).astype(float)] * 2)
+    # Half of the pixels.
+    weights[np.indices(weights.shape).sum(0) % 2 == 1] = 0
+    pairs, alike = _correlated(weights), _correlated(taps)
+    rows, columns = ((large - small) // 2 for large, small in zip(alike.shape, pairs.shape, strict=True))
+    part = alike[rows : rows + len(pairs), columns : columns + len(pairs)] / alike.max()
+    return round(float(weights.sum() ** 2 / (pairs * part**2).sum()))
+
+
+def _correlated(taps: np.ndarray) -> np.ndarray:
+    """Return the correlation of a filter with itself. (Importing `scipy.signal` takes half a second.)"""
+    sizes = [2 * n - 1 for n in taps.shape]
+    return np.asarray(np.fft.fftshift(np.fft.irfft2(np.abs(np.fft.rfft2(taps, sizes)) ** 2, sizes)))
+
+
+def test_what_noise_alone_explains() -> None:
+    assert abs(flow_equations._STRUCTURE_OF_NOISE / structure_of_noise() - 1) < 1e-3
