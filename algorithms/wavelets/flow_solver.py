@@ -21,7 +21,7 @@ _ROUNDS = 2
 """Number of reweightings; each computes the weights from the current motion."""
 _TREND = half_gaussian(3.0, 10)
 """A Gaussian over which the motion is averaged; only differences from the average are to be smooth."""
-_FILLING = 16
+_FILLING = 32
 """Sweeps for hidden pixels, whose motion starts with that of the nearest visible ones."""
 
 
