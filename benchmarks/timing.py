@@ -39,7 +39,9 @@ Call = Callable[[], object] | timeit.Timer
 """What is timed: a function, or a statement, which has no overhead of a function call."""
 
 
-def minimum_times(calls: Mapping[str, Call], rounds: int, span: float = 0.0) -> dict[str, float]:
+def minimum_times(
+    calls: Mapping[str, Call], rounds: int, span: float = 0.0, clock: Callable[[], float] = time.perf_counter
+) -> dict[str, float]:
     """Return the minimum time of each call in seconds, over rounds that measure all calls one after the other.
 
     Measuring alternately exposes all calls to the same load of the machine. A measurement lasts about `span` seconds;
@@ -47,12 +49,12 @@ def minimum_times(calls: Mapping[str, Call], rounds: int, span: float = 0.0) -> 
     """
     counts, spent = {}, {}
     for name, call in calls.items():
-        _timed(call, 1)
-        counts[name] = max(1, round(span / max(_timed(call, 1), 1e-7))) if span else 1
+        _timed(call, 1, clock)
+        counts[name] = max(1, round(span / max(_timed(call, 1, clock), 1e-7))) if span else 1
         spent[name] = float("inf")
     for _ in range(rounds):
         for name, call in calls.items():
-            spent[name] = min(spent[name], _timed(call, counts[name]))
+            spent[name] = min(spent[name], _timed(call, counts[name], clock))
     return spent
 
 
@@ -82,11 +84,11 @@ def median_times(calls: Mapping[str, Call], effort: Effort) -> dict[str, float]:
     return {name: statistics.median(times) for name, times in spent.items()}
 
 
-def _timed(call: Call, number: int) -> float:
+def _timed(call: Call, number: int, clock: Callable[[], float] = time.perf_counter) -> float:
     if isinstance(call, timeit.Timer):
         return call.timeit(number) / number
     calls = range(number)
-    start = time.perf_counter()
+    start = clock()
     for _ in calls:
         call()
-    return (time.perf_counter() - start) / number
+    return (clock() - start) / number

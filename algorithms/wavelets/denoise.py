@@ -87,7 +87,8 @@ def denoise(
         raise ValueError(f"sigma: {given}; expected 0 or more")
     # Larger noise leaves nothing of the image.
     largest = np.finfo(array.dtype).max ** 0.25
-    noise = _noise(array) if sigma is None else min(float(np.ldexp(given, -exponents.item())), largest)
+    with np.errstate(over="ignore"):
+        noise = _noise(array) if sigma is None else min(float(np.ldexp(given, -exponents.item())), largest)
     most = int(np.log2(min(array.shape)))
     count = min(5, most) if levels is None else levels
     checked_levels(count, most, f"as images of {array.shape[0]} x {array.shape[1]} pixels have")

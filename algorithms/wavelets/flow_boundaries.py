@@ -5,17 +5,16 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from generated import images
 
 from ..arguments import Reals
 from ..evidence import explains
-from .flow_equations import enlarged, half_gaussian, outside
+from .flow_equations import LARGE, enlarged, half_gaussian, outside, widened
 
 _DISTANCE = 3
-"""Distance of the candidates in nodes: about how far averages spread motion across a boundary."""
+"""Distance of the candidates in nodes, as in `bends`: about how far averages spread motion across a boundary."""
 _ROUNDS = 2
 """A limit on work: how often boundaries move."""
 _OTHER = 0.5
@@ -84,11 +83,24 @@ def _samples(half: Reals, motion: Reals, known: NDArray[np.bool_]) -> tuple[Real
     Where the motion shrinks areas to less than half, so that pixels seem to explain several others, the value is the
     mean.
     """
-    row, column = np.nonzero(known)
-    ends = np.stack([row, column]) + motion[::-1, row, column] / 2
-    moved = scipy.ndimage.map_coordinates(half[1], ends, order=1, mode="nearest")
+    # A limit on work: of many nodes, a quarter.
+    step = 2 if known.size > LARGE else 1
+    row, column = (step * index for index in np.nonzero(known[::step, ::step]))
+    moved = _between(half[1], row + motion[1, row, column] / 2, column + motion[0, row, column] / 2)
     moved = np.where(_shrinks(motion)[row, column], moved.mean() if moved.size else 0, moved)
     return moved, half[0][row, column]
+
+
+def _between(image: Reals, y: Reals, x: Reals) -> Reals:
+    """Return values of an image at any places, by linear interpolation; beyond the edges, those of the last pixels."""
+    parts = []
+    for places, size in ((y, image.shape[0]), (x, image.shape[1])):
+        inside = np.clip(places, 0, size - 1)
+        before = np.minimum(inside.astype(np.intp), max(size - 2, 0))
+        parts.append((before, np.minimum(before + 1, size - 1), inside - before))
+    (top, bottom, down), (left, right, across) = parts
+    above, below = (image[i, left] + across * (image[i, right] - image[i, left]) for i in (top, bottom))
+    return np.asarray(above + down * (below - above))
 
 
 def _shrinks(motion: Reals) -> NDArray[np.bool_]:
@@ -124,11 +136,14 @@ def chosen(comparison: Comparison, motion: Reals) -> Reals:
         most, columns = most_of(noise), motion.shape[2]
         result = motion.reshape(2, -1).copy()
         flat = np.unique(np.concatenate([places for places, _ in offers]))
+        every = [(flat, result[:, flat]), *offers]
+        places, uv = (np.concatenate([offer[k] for offer in every], -1) for k in (0, 1))
+        costs = comparison.at(*_pixels(places, columns), uv, most)
+        of_own, *of_offers = np.split(costs, np.cumsum([len(places) for places, _ in every[:-1]]))
         own: Reals = np.zeros(result.shape[1], np.float32)
-        own[flat] = comparison.at(*_pixels(flat, columns), result[:, flat], most)
+        own[flat] = of_own
         best = own.copy()
-        for places, uv in offers:
-            cost = comparison.at(*_pixels(places, columns), uv, most)
+        for (places, uv), cost in zip(offers, of_offers, strict=True):
             better = (cost + 0.1 * noise < best[places]) & (cost < _BETTER * own[places])
             best[places[better]], result[:, places[better]] = cost[better], uv[:, better]
         motion = result.reshape(motion.shape)
@@ -149,20 +164,16 @@ def _offers(motion: Reals, shape: tuple[int, ...]) -> list[tuple[NDArray[np.intp
     """
     d = _DISTANCE
     rows, columns = motion.shape[1:]
-    padded = np.pad(motion, [(0, 0), (d, d), (d, d)], "edge")
     found = []
-    for down, across in ((0, d), (d, 0), (d, d), (d, -d)):
-        pair = [
-            padded[:, d + sign * down : d + sign * down + rows, d + sign * across : d + sign * across + columns]
-            for sign in (1, -1)
-        ]
-        places = np.flatnonzero(_squares(pair[0] + pair[1] - 2 * motion) > _OTHER)
+    for bend, (down, across) in zip(images.bends(*motion), ((0, d), (d, 0), (d, d), (d, -d)), strict=True):
+        places = np.flatnonzero(bend > _OTHER)
         if not places.size:
             continue
         row, column = np.divmod(places, columns)
         own = motion[:, row, column]
-        for other in pair:
-            uv = other[:, row, column]
+        for sign in (1, -1):
+            i, j = np.clip(row + sign * down, 0, rows - 1), np.clip(column + sign * across, 0, columns - 1)
+            uv = motion[:, i, j]
             x, y = 2 * column + uv[0], 2 * row + uv[1]
             inside = (x >= 0) & (x <= shape[1] - 1) & (y >= 0) & (y <= shape[0] - 1)
             wanted = inside & (_squares(uv - own) > _OTHER)
@@ -193,19 +204,18 @@ def joined(comparison: Comparison, motion: Reals, uv: Reals) -> Reals:
     edge = _edges(motion)
     if not edge.any():
         return uv
-    near = scipy.ndimage.binary_dilation(edge, np.ones((3, 3), bool))
+    near = widened(widened(edge, 0), 1)
     row, column = np.nonzero(_each_pixel(near, uv.shape[1:]))
     noise = comparison.noise(motion)
-    most, own = most_of(noise), uv[:, row, column]
-    best, result = _BETTER * comparison.at(row, column, own, most) - 0.1 * noise, own.copy()
-    for down in (-1, 2):
-        for across in (-1, 2):
-            i = np.clip(row // 2 + down, 0, motion.shape[1] - 1)
-            j = np.clip(column // 2 + across, 0, motion.shape[2] - 1)
-            other = motion[:, i, j]
-            cost = comparison.at(row, column, other, most)
-            better = cost < best
-            best[better], result[:, better] = cost[better], other[:, better]
+    i, j = (index[:, None] // 2 + np.array(steps) for index, steps in ((row, (-1, -1, 2, 2)), (column, (-1, 2, -1, 2))))
+    np.clip(i, 0, motion.shape[1] - 1, out=i)
+    np.clip(j, 0, motion.shape[2] - 1, out=j)
+    offers = np.concatenate([uv[:, row, column][..., None], motion[:, i, j]], -1)
+    count = offers.shape[-1]
+    costs = comparison.at(row.repeat(count), column.repeat(count), offers.reshape(2, -1), most_of(noise))
+    costs = costs.reshape(-1, count)
+    costs[:, 0] = _BETTER * costs[:, 0] - 0.1 * noise
+    result = np.take_along_axis(offers, costs.argmin(1)[None, :, None], -1)[..., 0]
     uv = uv.copy()
     uv[:, row, column] = result
     return uv
@@ -247,7 +257,7 @@ def visible(comparison: Comparison, half: Reals, uv: Reals) -> NDArray[np.bool_]
     edge = _edges(motion)
     if not edge.any():
         return inside
-    near = scipy.ndimage.binary_dilation(edge, np.ones((3, 3), bool), _DISTANCE + 1)
+    near = widened(widened(edge, 0, _DISTANCE + 1), 1, _DISTANCE + 1)
     row, column = np.nonzero(_each_pixel(near, shape) & inside)
     own, most = uv[:, row, column], most_of(comparison.noise(motion))
     cost = comparison.at(row, column, own, most)
@@ -255,14 +265,13 @@ def visible(comparison: Comparison, half: Reals, uv: Reals) -> NDArray[np.bool_]
         np.clip(np.rint(index + part).astype(int), 0, size - 1)
         for index, part, size in zip((row, column), own[::-1], shape, strict=True)
     )
-    # The pixel of least cost that ends at each place or beside it: the last one in this order.
-    order, best = np.argsort(-cost, kind="stable"), np.full(shape, -1)
-    for down, across in sorted(product((-1, 0, 1), repeat=2), key=lambda step: -abs(step[0]) - abs(step[1])):
-        at = np.clip(i + down, 0, shape[0] - 1), np.clip(j + across, 0, shape[1] - 1)
-        held = best[at]
-        better = order[((held < 0) | (cost[held] > cost))[order]]
-        best[at[0][better], at[1][better]] = better
-    first = best[i, j]
+    # The pixel of least cost that ends at each place, the last one in this order; then at it or beside it.
+    order, ending = np.argsort(-cost, kind="stable"), np.full((shape[0] + 2, shape[1] + 2), -1)
+    ending[i[order] + 1, j[order] + 1] = order
+    first = ending[i + 1, j + 1]
+    for down, across in product((0, 1, 2), repeat=2):
+        other = ending[i + down, j + across]
+        first = np.where((other >= 0) & (cost[other] < cost[first]), other, first)
     tolerance = _TOLERANCE + _SHARE * _squares(own)
     hidden = (cost[first] < cost) & (_squares(own[:, first] - own) > tolerance)
     inside[row, column] = ~hidden & (cost <= most / 2)

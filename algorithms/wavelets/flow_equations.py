@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from generated import images
 
 from ..arguments import Reals
-from ..evidence import largest_ratio
 
 _OFFSET = 80
 """Numbers between planes: five lines of a cache."""
-_LARGE = 2**14
+LARGE = 2**14
 """Number of values above which a quarter of them suffices for a median."""
-_STEP = 4
-"""A limit on work: one of so many rows and columns decides whether structure is too fine for a coarser level."""
+_LINES = 64
+"""A limit on work: some so many rows and columns decide whether structure is too fine for a coarser level."""
 _LEAST_NOISE = 1e-6
 """Squared difference of images of contrast 1 after rounding to bytes, averaged over neighbours."""
 
@@ -38,15 +37,23 @@ _REACH = 5
 """Distance in pixels of the farthest pixels of `_SEEN`."""
 _SEEN = half_gaussian(np.hypot(1.0, 2 * 0.7), _REACH)
 """A Gaussian as wide as that of halved images and the finer one together."""
-_NEIGHBOURHOOD = half_gaussian(1.5, 5)
-"""A Gaussian over which equations are averaged."""
+_NEAR = half_gaussian(1.5, 6) * np.float32(2**0.5)
+"""A Gaussian over which equations of half of the pixels are averaged."""
+_STRUCTURE_OF_NOISE = 2.2067
+"""Mean square of a derivative that white noise alone exceeds with a probability of 1/1000, if that of differences is 1.
+
+The unit is the least mean squared difference of the two images at the same place, as noise may vary. The derivative is
+that of their mean, whose variance is a quarter of that of the difference. The number follows from the filters above and
+from the distribution of F; a test computes it.
+"""
 
 
 class Level:
     """One level of the pyramid: two images, and their comparison for a given motion.
 
     Motions are stored at every other row and column, the nodes, because equations are averaged over more pixels than
-    that.
+    that. The images are compared at the nodes and in the middles of four nodes. Of such noise as is left by the filter,
+    this half of the pixels determines averages nearly as well as all of them.
 
     Parameters
     ----------
@@ -57,16 +64,25 @@ class Level:
 
     def __init__(self, pair: Reals, threads: int) -> None:
         self._shape, self._threads = pair.shape[1:], threads
-        rows, columns = self._shape
         here, there = images.band(pair, _FINE, _COARSE, num_threads=threads)
-        self._here = np.pad(here, [(0, rows % 2), (0, columns % 2)], "edge")
-        self._there = images.jets(there, out=tuple(_planes(10, there.shape)))
+        self._there = _planes(6, there.shape)
+        images.jets(there, out=tuple(self._there))
+        rows, columns = self._shape
+        self._nodes = -(-rows // 2), -(-columns // 2)
+        sizes = list(zip(self._nodes, self._shape, strict=True))
         self._last = np.array([columns - 1, rows - 1], np.float32)
-        wide = self._here.shape
-        self._nodes = wide[0] // 2, wide[1] // 2
-        self._rows, self._columns = (np.arange(size, dtype=np.float32) for size in wide)
-        self._pixels = _planes(2, wide)
-        self._terms = _planes(6, wide)
+        self._places = [
+            [np.minimum(np.arange(k, 2 * count, 2), size - 1).astype(np.float32) for count, size in sizes]
+            for k in range(2)
+        ]
+        parts = [self._padded(part) for part in (here, *images.slopes(here))]
+        self._here = [[part[k::2, k::2].reshape(-1) for part in parts] for k in range(2)]
+        self._terms = [_planes(6, self._nodes) for _ in range(2)]
+
+    def _padded(self, plane: Reals) -> Reals:
+        """Return a plane (M, N), and its last row or column twice if their number is odd."""
+        rows, columns = self._shape
+        return np.pad(plane, [(0, rows % 2), (0, columns % 2)], "edge") if rows % 2 or columns % 2 else plane
 
     def equations(self, motion: Reals) -> tuple[Reals, Reals, float]:
         """Return averaged equations for a correction of the motion of the nodes, (2, m, n).
@@ -81,52 +97,44 @@ class Level:
         noise : float
             The median over the image of the least squared difference, which is due to noise.
         """
-        u, v = enlarged(motion, out=self._pixels)
-        places = self._rows, self._columns, self._last
-        images.motion_terms(*self._there, self._here, u, v, *places, out=tuple(self._terms))
-        sums = _at_even_places(self._terms, _NEIGHBOURHOOD, self._threads)
+        even, odd = self._terms
+        for k in range(2):
+            out = tuple(self._terms[k].reshape(6, -1))
+            images.motion_terms(*self._there.reshape(6, -1), *self._ends(motion, k), *self._here[k], out=out)
+        sums = images.averaged(even, odd, _NEAR, num_threads=self._threads)
         # Contrasts of 1 give sums of about 1: the second term matters only where the image is empty.
         ridge = np.float32(1e-4 * (sums[0].mean() + sums[2].mean()) + 1e-12)
         left, least = images.motion_evidence(sums.reshape(6, -1).T, ridge).T.reshape(2, *self._nodes)
-        structure = np.maximum(least - structure_of_noise() * left, 0)
+        structure = np.maximum(least - _STRUCTURE_OF_NOISE * left, 0)
         return sums, structure / (structure + left + ridge), max(median(left), _LEAST_NOISE)
+
+    def _ends(self, motion: Reals, k: int) -> tuple[Any, ...]:
+        """Return the pixels where motions end, the distances from them, and 1 inside the image, else 0.
+
+        The motions are those of the nodes or, for k = 1, of the pixels between four nodes.
+        """
+        rows, columns = self._places[k]
+        at = _between(motion) if k else motion
+        i, j, right, down, known = images.motion_ends(at[0], at[1], rows, columns, self._last)
+        row, column = i.astype(np.intp), j.astype(np.intp)
+        row *= self._shape[1]
+        row += column
+        return tuple(part.reshape(-1) for part in (row, right, down, known))
 
     def pixels(self, motion: Reals) -> Reals:
         """Return the motion (..., m, n) of the nodes, interpolated between them, for all pixels."""
         return enlarged(motion)[..., : self._shape[0], : self._shape[1]]
 
 
-@lru_cache
-def structure_of_noise() -> float:
-    """Return the mean square of a derivative that white noise alone exceeds with the probability `WRONG`.
-
-    The unit is the least mean squared difference of the two images at the same place, as noise may vary. The derivative
-    is that of their mean, whose variance is a quarter of that of the difference.
-    """
-    width = len(_COARSE)
-    fine, coarse = (np.concatenate([taps[:0:-1], taps]).astype(float) for taps in (_FINE, _COARSE))
-    band = np.pad(np.outer(fine, fine), width - len(_FINE)) - np.outer(coarse, coarse)
-    slopes = np.apply_along_axis(np.convolve, 1, band, [1 / 12, -2 / 3, 0, 2 / 3, -1 / 12])
-    # The motion, two numbers, takes its part of the differences.
-    differences = _freedom(band)
-    variance = differences / (differences - 2)
-    ratio = largest_ratio(_freedom(slopes), differences - 2)
-    return float(variance * ratio * (slopes**2).sum() / (band**2).sum() / 4)
-
-
-def _freedom(taps: Reals) -> int:
-    """Return the degrees of freedom of the distribution of chi-square that averaged squares of filtered noise have.
-
-    It is the one with the same variance.
-    """
-    # The correlation of the filter with itself; importing `scipy.signal` takes half a second.
-    spectrum = np.abs(np.fft.rfft2(taps, [2 * n - 1 for n in taps.shape])) ** 2
-    alike = np.fft.fftshift(np.fft.irfft2(spectrum, [2 * n - 1 for n in taps.shape]))
-    near = np.concatenate([_NEIGHBOURHOOD[:0:-1], _NEIGHBOURHOOD]).astype(float)
-    pairs = np.correlate(near, near, "full")
-    rows, columns = ((size - len(pairs)) // 2 for size in alike.shape)
-    part = alike[rows : rows + len(pairs), columns : columns + len(pairs)] / alike.max()
-    return round(1 / float((np.outer(pairs, pairs) * part**2).sum()))
+def _between(motion: Reals) -> Reals:
+    """Return the motion (2, m, n) in the middle of four nodes; beyond the last ones, that of these."""
+    for axis in (1, 2):
+        after = motion.copy()
+        lines, found = motion.swapaxes(0, axis), after.swapaxes(0, axis)
+        found[:-1] += lines[1:]
+        found[:-1] *= np.float32(0.5)
+        motion = after
+    return motion
 
 
 def _planes(count: int, shape: tuple[int, ...]) -> Reals:
@@ -140,7 +148,9 @@ def _planes(count: int, shape: tuple[int, ...]) -> Reals:
 
 def halved(pair: Reals, threads: int) -> Reals:
     """Return every other pixel of smoothed images (2, M, N), starting at the first row and the first column."""
-    return _at_even_places(np.pad(pair, [(0, 0), (0, pair.shape[1] % 2), (0, 0)], "edge"), _HALVING, threads)
+    even = np.pad(pair, [(0, 0), (0, 1), (0, 0)], "edge") if pair.shape[1] % 2 else pair
+    means = images.pair_means(even[:, ::2], even[:, 1::2], _HALVING, num_threads=threads)
+    return np.ascontiguousarray(means[..., ::2])
 
 
 def too_fine(pair: Reals) -> bool:
@@ -151,20 +161,16 @@ def too_fine(pair: Reals) -> bool:
     first differences are as ``(1 - cos w)^2`` to ``(sin w)^2``, which is 1 to 3 there.
     """
     taps = np.concatenate([_SEEN[:0:-1], _SEEN])
-    for lines in (pair[:, ::_STEP], pair[:, :, ::_STEP].swapaxes(1, 2)):
+    for every in (pair, pair.swapaxes(1, 2)):
+        lines = every[:, :: max(every.shape[1] // _LINES, 1)]
         # Edges are left out: what is beyond them is unknown.
-        smooth = scipy.ndimage.correlate1d(lines, taps)[..., _REACH:-_REACH]
+        count = lines.shape[-1] - 2 * _REACH
+        smooth = sum(tap * lines[..., k : k + count] for k, tap in enumerate(taps)) if count > 0 else lines[..., :0]
         slope = smooth[..., 2:] - smooth[..., :-2]
         bend = smooth[..., 2:] + smooth[..., :-2] - 2 * smooth[..., 1:-1]
         if 3 * np.vdot(bend, bend) > np.vdot(slope, slope):
             return True
     return False
-
-
-def _at_even_places(planes: Reals, taps: Reals, threads: int) -> Reals:
-    """Return filtered images (K, M, N), with an even number of rows, at their even rows and columns."""
-    means = images.pair_means(planes[:, ::2], planes[:, 1::2], taps, num_threads=threads)
-    return np.ascontiguousarray(means[..., ::2])
 
 
 def enlarged(motion: Reals, out: Reals | None = None) -> Reals:
@@ -184,7 +190,17 @@ def enlarged(motion: Reals, out: Reals | None = None) -> Reals:
 
 def median(values: Reals) -> float:
     """Return the median of an array (m, n); for large ones, that of every other row and column."""
-    return float(np.median(values[::2, ::2] if values.size > _LARGE else values))
+    return float(np.median(values[::2, ::2] if values.size > LARGE else values))
+
+
+def widened(mask: NDArray[np.bool_], axis: int, distance: int = 1) -> NDArray[np.bool_]:
+    """Return where a mask is true within a distance along an axis."""
+    wide = mask.copy()
+    found, lines = np.moveaxis(wide, axis, 0), np.moveaxis(mask, axis, 0)
+    for k in range(1, distance + 1):
+        found[k:] |= lines[:-k]
+        found[:-k] |= lines[k:]
+    return wide
 
 
 def outside(uv: Reals) -> NDArray[np.bool_]:

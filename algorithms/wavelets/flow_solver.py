@@ -6,13 +6,12 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from generated import filters, images
 
 from ..arguments import Reals
-from .flow_equations import enlarged, half_gaussian
+from .flow_equations import half_gaussian, widened
 
 _KNEE = 0.04**2
 """Squared difference of the motions of neighbours, in pixels, above which the penalty is linear, not quadratic."""
@@ -101,11 +100,11 @@ def filled(uv: Reals, known: NDArray[np.bool_], image: Reals, contrast: float) -
     """
     motion = np.ascontiguousarray(uv[:, ::2, ::2])
     # Boundaries are accurate to a pixel or two, so the nearest nodes may have the motion of the wrong side.
-    sure = scipy.ndimage.binary_erosion(known[::2, ::2], border_value=1)
+    hidden = ~known[::2, ::2]
+    sure = ~(widened(hidden, 0) | widened(hidden, 1))
     if not sure.any():
         return uv
-    nearest = scipy.ndimage.distance_transform_edt(~sure, return_distances=False, return_indices=True)
-    start = motion[:, nearest[0], nearest[1]]
+    start = _from_nearest(motion, sure)
     firm = np.where(sure, np.float32(1e6), np.float32(0))
     none = np.zeros_like(firm)
     sides = np.zeros((2, *image.shape), np.float32)
@@ -114,8 +113,42 @@ def filled(uv: Reals, known: NDArray[np.bool_], image: Reals, contrast: float) -
     sums, parameters = np.stack([firm, none, firm, none, none, none]), np.array([1, 0, 0], np.float32)
     nodes = _relaxed(sums, start, sides, parameters, 1, _FILLING)
     # Pixels between known and other nodes have the motion of the latter.
-    other = (~sure).astype(np.float32)
-    rows, columns = known.shape
-    weight = enlarged(other)[:rows, :columns]
-    mean = enlarged(nodes * other)[:, :rows, :columns] / np.where(weight > 0, weight, 1)
-    return np.where(known | (weight == 0), uv, mean)
+    row, column = np.nonzero(~known)
+    last = np.array(sure.shape)[:, None] - 1
+    ends = [np.minimum((np.stack([row, column]) + step) // 2, last) for step in (0, 1)]
+    around = [(ends[down][0], ends[across][1]) for down in (0, 1) for across in (0, 1)]
+    weight = sum((~sure[place]).astype(np.float32) for place in around)
+    total = sum(nodes[:, *place] * ~sure[place] for place in around)
+    between = weight > 0
+    found = uv.copy()
+    found[:, row[between], column[between]] = (total / np.where(between, weight, 1))[:, between]
+    return found
+
+
+def _from_nearest(motion: Reals, known: NDArray[np.bool_]) -> Reals:
+    """Return a motion (2, m, n) with that of unknown nodes replaced by the nearest known one of their row or column.
+
+    Where there is none, those that were found count as known.
+    """
+    motion, known = motion.copy(), known.copy()
+    while not known.all():
+        row, column = np.nonzero(~known)
+        offers = []
+        for axis, own in ((0, row), (1, column)):
+            size = known.shape[axis]
+            lines = np.moveaxis(known, axis, 0)
+            numbers = np.arange(size)[:, None]
+            before = np.maximum.accumulate(np.where(lines, numbers, -size), 0)
+            after = np.minimum.accumulate(np.where(lines, numbers, 2 * size)[::-1], 0)[::-1]
+            for nearest in (before, after):
+                other = np.moveaxis(nearest, 0, axis)[row, column]
+                offers.append((np.where((other < 0) | (other >= size), np.inf, np.abs(other - own)), other))
+        distance = np.stack([each for each, _ in offers])
+        best = distance.argmin(0)
+        found = distance.min(0) < np.inf
+        row, column, best = row[found], column[found], best[found]
+        other = np.stack([each for _, each in offers])[:, found][best, np.arange(len(best))]
+        from_column = best < 2
+        motion[:, row, column] = motion[:, np.where(from_column, other, row), np.where(from_column, column, other)]
+        known[row, column] = True
+    return motion

@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from generated import quaternion
 
-from ..arguments import Reals, finite_number, positive_number
+from ..arguments import Reals, finite_number
 from .checks import back_in_range, image_stack, in_range
-from .phase import brightness, filtered, gabor_bank, gabor_taps, quaternion_phase, widths
+from .phase import GaborBands, gabor_bank, quaternion_phase, widths
 from .sharing import in_threads
 
 Complexes = NDArray[Any]
@@ -110,28 +110,19 @@ def complex_gabor_bank(
 
     Notes
     -----
-    The filters are separable: six one-dimensional filters are applied for each frequency.
+    Each band is a product of spectra, with errors of some rounding errors of the largest number of an image.
     """
-    array = image_stack(image)
     pairs = [(_frequency(u), _frequency(v)) for u, v in frequencies]
     sizes = widths(sigma, aspect, len(pairs))
-    reach = positive_number(truncate, "truncate")
-    result = np.empty((*array.shape[:-2], len(pairs), *array.shape[-2:]), np.result_type(array.dtype, np.complex64))
+    bands = GaborBands(image, sizes, balanced, truncate)
+    result = np.empty((*bands.shape[:-2], len(pairs), *bands.shape[-2:]), bands.dtype)
 
-    def filter_one(k: int) -> None:
-        rows, columns = (
-            gabor_taps(2 * np.pi * frequency, size, False, reach)
-            for frequency, size in zip(pairs[k], sizes[k], strict=True)
-        )
-        even, odd = (filtered(array, taps, -2) for taps in rows)
-        part = result[..., k, :, :]
-        part.real = filtered(even, columns[0], -1) - filtered(odd, columns[1], -1)
-        part.imag = filtered(even, columns[1], -1) + filtered(odd, columns[0], -1)
-        if balanced:
-            part.real -= brightness(array, (rows[0], columns[0]), sizes[k], reach)
+    def part(k: int) -> None:
+        result[..., k, :, :] = bands.band(pairs[k], sizes[k])
 
-    in_threads(filter_one, range(len(pairs)), workers)
-    return result
+    in_threads(part, range(len(pairs)), workers)
+    # The real and imaginary parts, one after the other.
+    return bands.restored(result.view(result.real.dtype)).view(bands.dtype)
 
 
 def local_phase(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import quaternion
 
 from ..arguments import Reals, finite_number, positive_number, real_array
-from .checks import TRUNCATE, image_stack, in_range
+from .checks import TRUNCATE, back_in_range, image_stack, in_range
 from .sharing import in_threads
 
 
@@ -130,26 +130,81 @@ def gabor_bank(
         If `image` is not an array of finite real numbers with two axes or has channels, or if frequencies, widths or
         options are out of range.
     """
-    array = image_stack(image)
     pairs = [(_frequency(u), _frequency(v)) for u, v in frequencies]
     sizes = widths(sigma, aspect, len(pairs))
-    reach = positive_number(truncate, "truncate")
-    result = np.empty((*array.shape[:-2], len(pairs), *array.shape[-2:], 4), array.dtype)
+    bands = GaborBands(image, sizes, balanced, truncate)
+    result = np.empty((*bands.shape[:-2], len(pairs), *bands.shape[-2:], 4), bands.dtype.type(0).real.dtype)
 
-    def part(place: tuple[int, int]) -> None:
-        k, m = place
+    def part(k: int) -> None:
+        one, other = (bands.band((pairs[k][0], v), sizes[k]) for v in (pairs[k][1], -pairs[k][1]))
+        numbers = result[..., k, :, :, :]
+        for place, of_one, of_other, combine in (
+            (0, one.real, other.real, np.add),
+            (1, one.imag, other.imag, np.add),
+            (2, one.imag, other.imag, np.subtract),
+            (3, other.real, one.real, np.subtract),
+        ):
+            combine(of_one, of_other, out=numbers[..., place])
+        numbers *= 0.5
+
+    in_threads(part, range(len(pairs)), workers)
+    return bands.restored(result)
+
+
+class GaborBands:
+    """Bands of images, each a product of spectra; images are mirrored so far that no filter reaches around them.
+
+    Parameters
+    ----------
+    image : array_like, (..., M, N)
+    sizes : sequence of (float, float)
+        Standard deviations along x and y of all filters.
+    balanced, truncate
+        As in `gabor_bank`.
+
+    Attributes
+    ----------
+    shape, dtype
+        Those of a band, complex.
+    """
+
+    def __init__(self, image: ArrayLike, sizes: Sequence[tuple[float, float]], balanced: bool, truncate: float) -> None:
+        array, self._exponents = in_range(image_stack(image))
+        self._reach, self._balanced = positive_number(truncate, "truncate"), balanced
+        self.shape, self.dtype = array.shape, np.result_type(array.dtype, np.complex64)
+        self._margins = [max((int(np.ceil(self._reach * size[axis])) for size in sizes), default=0) for axis in (0, 1)]
+        self._lengths = [
+            scipy.fft.next_fast_len(n + 2 * m) for n, m in zip(self.shape[-2:], self._margins, strict=True)
+        ]
+        around = [(0, 0)] * (array.ndim - 2) + [(m, m) for m in self._margins]
+        self._spectrum = scipy.fft.fft2(np.pad(np.ascontiguousarray(array), around, "symmetric"), self._lengths)
+
+    def band(self, frequency: tuple[float, float], sizes: tuple[float, float]) -> NDArray[Any]:
+        """Return the band (..., M, N) of a frequency, in cycles per pixel, of the images as they are in range."""
+        taps = [gabor_taps(2 * np.pi * f, size, self._reach) for f, size in zip(frequency, sizes, strict=True)]
+        factors = _spectrum_of(taps, self._lengths)
+        if self._balanced:
+            # Only products of even parts have a nonzero sum. Balancing the whole band rather than one axis keeps bands
+            # whose frequency along this axis is 0.
+            even = np.prod([tap.real.sum() for tap in taps])
+            factors -= even * _spectrum_of([gabor_taps(0.0, size, self._reach) for size in sizes], self._lengths)
+        found = scipy.fft.ifft2(self._spectrum * factors.astype(self.dtype), overwrite_x=True)
         rows, columns = (
-            gabor_taps(2 * np.pi * frequency, size, False, reach)
-            for frequency, size in zip(pairs[k], sizes[k], strict=True)
+            slice(m + len(tap) // 2, m + len(tap) // 2 + n)
+            for m, tap, n in zip(self._margins, taps, self.shape[-2:], strict=True)
         )
-        along = filtered(array, rows[m], -2)
-        for n, column in enumerate(columns):
-            result[..., k, :, :, m + 2 * n] = filtered(along, column, -1)
-        if balanced and m == 0:
-            result[..., k, :, :, 0] -= brightness(array, (rows[0], columns[0]), sizes[k], reach)
+        return np.asarray(found[..., rows, columns])
 
-    in_threads(part, [(k, m) for k in range(len(pairs)) for m in range(2)], workers)
-    return result
+    def restored(self, result: Reals) -> Reals:
+        """Multiply real results (..., K, M, N) or (..., K, M, N, 4) by the powers of 2 of images out of range."""
+        more = result.ndim - self._exponents.ndim - 1
+        return back_in_range(result, self._exponents.reshape(*self._exponents.shape, *[1] * (1 + more)))
+
+
+def _spectrum_of(taps: Sequence[NDArray[Any]], lengths: Sequence[int]) -> NDArray[Any]:
+    """Return the spectrum (M, N) of a filter that is the product of two along the axes."""
+    rows, columns = (scipy.fft.fft(tap, length) for tap, length in zip(taps, lengths, strict=True))
+    return np.asarray(rows[:, None] * columns)
 
 
 def widths(sigma: float | Sequence[float], aspect: float, count: int) -> list[tuple[float, float]]:
@@ -161,37 +216,12 @@ def widths(sigma: float | Sequence[float], aspect: float, count: int) -> list[tu
     return [(size, size / ratio) for size in (positive_number(each, "sigma") for each in given)]
 
 
-def brightness(
-    array: Reals, even: tuple[NDArray[np.float64], NDArray[np.float64]], sizes: tuple[float, float], truncate: float
-) -> Reals:
-    """Return the response of a filter with these even parts along x and y to the smoothed images.
-
-    Only products of even parts have a nonzero sum. Subtracting the response balances the whole band; filters balanced
-    along one axis would vanish where the frequency along this axis is 0.
-    """
-    rows, columns = (gabor_taps(0.0, size, False, truncate)[0] for size in sizes)
-    smooth = filtered(filtered(array, rows, -2), columns, -1)
-    return np.asarray(array.dtype.type(even[0].sum() * even[1].sum()) * smooth)
-
-
-def gabor_taps(
-    frequency: float, sigma: float, balanced: bool, truncate: float = TRUNCATE
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the even and the odd part of a Gabor filter along one axis; `frequency` in radians per pixel."""
+def gabor_taps(frequency: float, sigma: float, truncate: float = TRUNCATE) -> NDArray[np.complex128]:
+    """Return a Gabor filter along one axis, a Gaussian times a wave; `frequency` in radians per pixel."""
     reach = int(np.ceil(truncate * sigma))
     x = np.arange(-reach, reach + 1.0)
     g = np.exp(-(x**2) / (2 * sigma**2))
-    g /= g.sum()
-    even = g * np.cos(frequency * x)
-    if balanced:
-        even = even - even.sum() * g
-    return even, g * np.sin(frequency * x)
-
-
-def filtered(array: Reals, taps: NDArray[np.float64], axis: int) -> Reals:
-    """Return the convolution along one axis, mirrored at the ends; symmetric and antisymmetric taps are recognised."""
-    result: Reals = scipy.ndimage.convolve1d(array, taps, axis, mode="reflect")
-    return result
+    return np.asarray(g / g.sum() * np.exp(1j * frequency * x))
 
 
 def _frequency(value: float) -> float:

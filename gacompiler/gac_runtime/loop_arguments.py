@@ -47,15 +47,17 @@ def checked(
             strong.append(array.dtype)
     if all(dtype is FLOAT64 for dtype in strong):
         return operands, FLOAT64
-    dtype = np.result_type(*strong)
     if definition.in_doubles:
         return operands, FLOAT64
+    if all(dtype is FLOAT32 for dtype in strong):
+        return operands, FLOAT32
+    dtype = np.result_type(*strong)
     return operands, dtype if dtype.isnative else dtype.newbyteorder("=")
 
 
 def as_numbers(definition: LoopDefinition, table: Table, value: Any) -> Any:
     """Convert an argument to an array of floats."""
-    if type(value) is np.ndarray and value.dtype is FLOAT64:
+    if type(value) is np.ndarray and (value.dtype is FLOAT64 or value.dtype is FLOAT32):
         return value
     namespace = namespace_of((value,))
     if namespace is not np:

@@ -9,8 +9,12 @@ import gacompiler as ga
 from gacompiler import SCALAR, array, each, fold, gather, index, kernel, pick, scan, total, window
 
 IMAGE, NODES = array(SCALAR, "h", "w"), array(SCALAR, "n", "m")
+LIST = array(SCALAR, "k")
+PIXELS = array(SCALAR, "p")
 REACH = 5
 """Distance in pixels of the farthest pixels that `pair_means` uses."""
+NEAR = 6
+"""Distance of the farthest pixels that `averaged` uses."""
 
 
 def _sum(numbers):
@@ -30,6 +34,14 @@ def _symmetric(taps, numbers):
 def _slope(far, near, nearer, farther):
     """Return the derivative at the middle of four neighbours, of third degree."""
     return (8 * (nearer - near) - (farther - far)) / 12
+
+
+@kernel(image=NODES)
+def slopes(image):
+    """Compute derivatives along rows and along columns, of third degree; beyond the edges, the image is mirrored."""
+    steps = -2, -1, 1, 2
+    across = each(lambda row: each(_slope, *window(row, steps)), image)
+    return across, each(lambda *rows: each(_slope, *rows), *window(image, steps))
 
 
 @kernel(image=NODES, fine=array(SCALAR, 4), coarse=array(SCALAR, 8))
@@ -53,80 +65,110 @@ def _difference(factors, numbers):
     return _sum(factor * (numbers[4 + k] - numbers[4 - k]) for k, factor in enumerate(factors, 1))
 
 
+SLOPE = Fraction(4, 5), -Fraction(1, 5), Fraction(4, 105), -Fraction(1, 280)
+TWIST = -Fraction(61, 180), Fraction(169, 720), -Fraction(1, 20), Fraction(7, 1440)
+"""Factors of differences of neighbours that give the first and third factors of a Taylor series."""
+
+
 @kernel(image=NODES)
 def jets(image):
-    """Compute the Taylor series of third degree at each pixel, from differences of nine neighbours.
+    """Compute the polynomial of second degree that is nearest to the image within half a pixel of each pixel.
 
-    The results are the factors of 1, x, y, x^2, x y, y^2, x^3, x^2 y, x y^2 and y^3. Beyond the edges, the image is
-    mirrored.
+    Of Taylor series of third degree, from differences of nine neighbours, it has the least mean squared difference: it
+    contains 3/20 x for x^3 and x/12 for x y^2. The results are the factors of 1, x, y, x^2, x y and y^2. Beyond the
+    edges, the image is mirrored.
     """
 
     def slope(*numbers):
-        return _difference((Fraction(4, 5), -Fraction(1, 5), Fraction(4, 105), -Fraction(1, 280)), numbers)
+        return _difference(SLOPE, numbers)
+
+    def nearest(*numbers):
+        return _difference([a + b * Fraction(3, 20) for a, b in zip(SLOPE, TWIST, strict=True)], numbers)
 
     def bend(*numbers):
         factors = -Fraction(205, 144), Fraction(4, 5), -Fraction(1, 10), Fraction(4, 315), -Fraction(1, 1120)
         return _symmetric(factors, numbers)
 
-    def twist(*numbers):
-        factors = -Fraction(61, 180), Fraction(169, 720), -Fraction(1, 20), Fraction(7, 1440)
-        return _difference(factors, numbers)
-
     def line(*rows):
-        down, curved, twisted = (each(function, *rows) for function in (slope, bend, twist))
+        near, down, curved = (each(function, *rows) for function in (nearest, slope, bend))
 
-        def pixel(yyy, *numbers):
+        def pixel(near, *numbers):
             y, yy, here = numbers[:9], numbers[9:18], numbers[18:]
-            second = slope(*here), y[4], bend(*here), slope(*y), yy[4]
-            return here[4], *second, twist(*here), bend(*y), slope(*yy), yyy
+            x = nearest(*here) + slope(*yy) / 12
+            return here[4], x, near + bend(*y) / 12, bend(*here), slope(*y), yy[4]
 
-        return each(pixel, twisted, *window(down, 9), *window(curved, 9), *window(rows[4], 9))
+        return each(pixel, near, *window(down, 9), *window(curved, 9), *window(rows[4], 9))
 
     return each(line, *window(image, 9))
 
 
-@kernel(
-    second=NODES, x=NODES, y=NODES, xx=NODES, xy=NODES, yy=NODES, xxx=NODES, xxy=NODES, xyy=NODES, yyy=NODES,
-    first=IMAGE, u=IMAGE, v=IMAGE, rows=array(SCALAR, "h"), columns=array(SCALAR, "w"), last=array(SCALAR, 2),
-)  # fmt: skip
-def motion_terms(second, x, y, xx, xy, yy, xxx, xxy, xyy, yyy, first, u, v, rows, columns, last):
-    """Compute the terms of the normal equations for a correction of the motion (u, v) between two images.
+@kernel(u=NODES, v=NODES, rows=array(SCALAR, "n"), columns=array(SCALAR, "m"), last=array(SCALAR, 2))
+def motion_ends(u, v, rows, columns, last):
+    """Compute where motions (u, v) of places in a grid of `rows` and `columns` end.
 
-    The first ten arguments are the `jets` of the second image, from which it is interpolated. With the gradient g of
-    the mean of the first image and of the moved second one, and with their difference d, the results are the products
-    g g^T (xx, xy, yy), -g d (x, y) and d d. They are 0 where the motion leads out of the image. `rows` and `columns`
-    are numbers from 0, and `last` contains the last column and row of the image; further rows and columns only pad it.
+    `last` contains the last column and row of the image. The results are the row and column of the nearest pixel, the
+    distances from it along rows and columns, and 1 inside the image, but 0 beyond it.
     """
     right, bottom = last
-    planes = second, x, y, xx, xy, yy, xxx, xxy, xyy, yyy
 
-    def moved(row, column, u, v):
-        x, y = ga.minimum(ga.maximum(column + u, 0), right), ga.minimum(ga.maximum(row + v, 0), bottom)
-        i, j = ga.floor(y + 0.5), ga.floor(x + 0.5)
-        one, to_x, to_y, xx, xy, yy, xxx, xxy, xyy, yyy = (pick(pick(plane, i, 0), j, 0) for plane in planes)
-        x, y = x - j, y - i
-        along = to_x + x * (xx + x * xxx + y * xxy) + y * y * xyy
-        return one + x * along + y * (to_y + x * xy + y * (yy + y * yyy))
-
-    def terms(row, column, u, v, here, there, across, down):
+    def end(row, column, u, v):
         x, y = column + u, row + v
         beyond = ga.minimum(ga.minimum(x, right - x), ga.minimum(y, bottom - y)) < -0.5
-        padding = ga.minimum(right - column, bottom - row) < 0
-        known = ga.select(beyond, 0, ga.select(padding, 0, 1))
-        difference, gx, gy = there - here, _slope(*across), _slope(*down)
+        x, y = ga.minimum(ga.maximum(x, 0), right), ga.minimum(ga.maximum(y, 0), bottom)
+        i, j = ga.floor(y + 0.5), ga.floor(x + 0.5)
+        return i, j, x - j, y - i, ga.select(beyond, 0, 1)
+
+    return each(lambda row, us, vs: each(lambda *one: end(row, *one), columns, us, vs), rows, u, v)
+
+
+@kernel(
+    one=PIXELS, x=PIXELS, y=PIXELS, xx=PIXELS, xy=PIXELS, yy=PIXELS, place=index("k", into="p"), right=LIST, down=LIST,
+    known=LIST, first=LIST, first_x=LIST, first_y=LIST,
+)  # fmt: skip
+def motion_terms(one, x, y, xx, xy, yy, place, right, down, known, first, first_x, first_y):
+    """Compute the terms of normal equations for a correction of the motion between two images.
+
+    The first six arguments are the `jets` of the second image. Each motion ends at a distance `right` and `down` from a
+    pixel `place`, where the second image has the value and the gradient of this polynomial; `first`, `first_x` and
+    `first_y` are those of the first image. With the mean g of both gradients, and with the difference d, the results
+    are the products g g^T (xx, xy, yy), -g d (x, y) and d d, times `known`.
+    """
+
+    def terms(x, y, known, first, first_x, first_y, one, to_x, to_y, xx, xy, yy):
+        along, down = to_x + x * xx + y * xy, to_y + y * yy
+        difference = one + x * along + y * down - first
+        gx, gy = (first_x + along + x * xx) / 2, (first_y + down + y * yy + x * xy) / 2
         wx, wy, wd = known * gx, known * gy, known * difference
         return wx * gx, wx * gy, wy * gy, -(wx * difference), -(wy * difference), wd * difference
 
-    def line(row, us, vs, here, there, mean, *others):
-        neighbours = window(mean, (-2, -1, 1, 2), boundary="reflect")
-        return each(
-            lambda column, u, v, a, b, *numbers: terms(row, column, u, v, a, b, numbers[4:], numbers[:4]),
-            columns, us, vs, here, there, *others, *neighbours,
-        )  # fmt: skip
+    return each(terms, right, down, known, first, first_x, first_y, *gather((one, x, y, xx, xy, yy), place))
 
-    there = each(lambda row, *motion: each(lambda *one: moved(row, *one), columns, *motion), rows, u, v)
-    mean = each(lambda *rows: each(lambda a, b: (a + b) / 2, *rows), first, there)
-    return each(line, rows, u, v, first, there, mean, *window(mean, (-2, -1, 1, 2), boundary="reflect"))
+
+def _of_steps(taps, steps, numbers):
+    """Return the sum of numbers times symmetric taps, which are given from the middle one on; one tap for each step."""
+    return _sum([taps[abs(step)] * number for step, number in zip(steps, numbers, strict=True)])
+
+
+@kernel(even=NODES, odd=NODES, taps=array(SCALAR, NEAR + 1))
+def averaged(even, odd, taps):
+    """Filter pixels in even rows and columns, and others in odd ones, along both axes, at the former.
+
+    The taps are symmetric, given from the middle one on. Beyond the edges, the last pixels are repeated.
+    """
+
+    def filtered(pixels, steps):
+        places = [step // 2 for step in steps]
+        rows = window(pixels, places, boundary="nearest")
+        low = each(lambda *rows: each(lambda *numbers: _of_steps(taps, steps, numbers), *rows), *rows)
+        return each(
+            lambda row: each(
+                lambda *numbers: _of_steps(taps, steps, numbers), *window(row, places, boundary="nearest")
+            ),
+            low,
+        )
+
+    both = filtered(even, range(-NEAR, NEAR + 1, 2)), filtered(odd, range(1 - NEAR, NEAR, 2))
+    return each(lambda *rows: each(lambda a, b: a + b, *rows), *both)
 
 
 @kernel(even=NODES, odd=NODES, taps=array(SCALAR, REACH + 1))
@@ -278,6 +320,34 @@ def motion_costs(first, second, row, column, u, v, down, across, weights, last, 
         return total(square, down, across, weights)
 
     return each(cost, row, column, u, v)
+
+
+APART = 3
+"""Distance of the places of `bends`."""
+
+
+@kernel(u=NODES, v=NODES)
+def bends(u, v):
+    """Compute how far a motion is from linear: the squared second difference of places that are `APART` apart.
+
+    The results are for differences along rows, along columns, and along the diagonals to the right and to the left.
+    Beyond the edges, the motion is that of the last places.
+    """
+    steps = -APART, 0, APART
+
+    def squares(*numbers):
+        us, vs = numbers[:9], numbers[9:]
+
+        def square(a, b):
+            du, dv = us[a] + us[b] - 2 * us[4], vs[a] + vs[b] - 2 * vs[4]
+            return du * du + dv * dv
+
+        return square(3, 5), square(1, 7), square(0, 8), square(2, 6)
+
+    def line(*rows):
+        return each(squares, *(number for row in rows for number in window(row, steps, boundary="nearest")))
+
+    return each(line, *window(u, steps, boundary="nearest"), *window(v, steps, boundary="nearest"))
 
 
 TABLE = array(SCALAR, "m", 4, shared=True)

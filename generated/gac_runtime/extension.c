@@ -1796,10 +1796,9 @@ typedef struct {
 typedef struct {
     PyObject_HEAD
     vectorcallfunc vectorcall;
-    RowsFunction rows; /* NULL until the kernel can be run. */
+    RowsFunction rows[2]; /* For doubles and for floats; NULL until the kernel can be run. */
     PyObject *settings; /* Settings of the module, borrowed; `backend` is their backend when this was bound. */
     PyObject *backend;
-    Py_ssize_t most; /* Elements with more numbers in all arrays are handled in Python. */
     int n_lengths;
     int n_inputs;
     int n_given; /* Inputs that are not fixed. */
@@ -1873,9 +1872,10 @@ static inline int names_rows(const int64_t *index, Py_ssize_t n, const Table *ta
     return 1;
 }
 
+/* Whether n bytes and m bytes do not overlap. */
 static int are_apart(const char *a, Py_ssize_t n, const char *b, Py_ssize_t m)
 {
-    return a + n * (Py_ssize_t)sizeof(double) <= b || b + m * (Py_ssize_t)sizeof(double) <= a;
+    return a + n <= b || b + m <= a;
 }
 
 /* The elements of a batch: axes, number of elements, and bytes from one element to the next in each array. */
@@ -1907,7 +1907,8 @@ static inline int take_leading(Elements *elements, const Array *array, int n_axe
 }
 
 /* A new array for a result, contiguous in C order, and its address; or the array with its last two axes swapped. */
-static PyObject *new_rows(const Elements *elements, int n_axes, const Py_ssize_t *core, int transposed, char **start)
+static PyObject *new_rows(PyObject *type, const Elements *elements, int n_axes, const Py_ssize_t *core, int transposed,
+    char **start)
 {
     enum { IN_FORTRAN_ORDER = 2, MOST_AXES = MAX_LEADING + MAX_TABLE_AXES };
     Py_ssize_t axes[MOST_AXES], strides[MOST_AXES];
@@ -1920,7 +1921,7 @@ static PyObject *new_rows(const Elements *elements, int n_axes, const Py_ssize_t
     }
     /* Without strides, the flags select a memory order. */
     PyObject *made = new_array(
-        array_type, Py_NewRef(double_type), n, axes, NULL, NULL, transposed && is_matrix ? IN_FORTRAN_ORDER : 0, NULL
+        array_type, Py_NewRef(type), n, axes, NULL, NULL, transposed && is_matrix ? IN_FORTRAN_ORDER : 0, NULL
     );
     if (made == NULL)
         return NULL;
@@ -1934,7 +1935,7 @@ static PyObject *new_rows(const Elements *elements, int n_axes, const Py_ssize_t
     strides[n - 1] = array->strides[n - 2];
     strides[n - 2] = array->strides[n - 1];
     PyObject *view = new_array(
-        array_type, Py_NewRef(double_type), n, axes, strides, array->data, ALIGNED | WRITEABLE, NULL
+        array_type, Py_NewRef(type), n, axes, strides, array->data, ALIGNED | WRITEABLE, NULL
     );
     if (view == NULL)
         Py_DECREF(made);
@@ -1944,9 +1945,9 @@ static PyObject *new_rows(const Elements *elements, int n_axes, const Py_ssize_t
 }
 
 /* The work for one element, as in `LoopDefinition.work_of`. */
-static double work_of(const LoopCall *call, const Py_ssize_t *lengths, Py_ssize_t numbers)
+static double work_of(const LoopCall *call, const Py_ssize_t *lengths, Py_ssize_t bytes)
 {
-    double work = (double)sizeof(double) * (double)numbers;
+    double work = (double)bytes;
     for (int k = 0; k < call->n_operations; k++) {
         const Operations *some = &call->operations[k];
         double count = 4.0 * (double)some->count;
@@ -1957,31 +1958,34 @@ static double work_of(const LoopCall *call, const Py_ssize_t *lengths, Py_ssize_
     return work;
 }
 
-/* Runs a batch, releasing the GIL if it takes long; returns 0 if the batch needs several threads, or on failure. */
-static int run_elements(const LoopCall *call, const Py_ssize_t *lengths, char **starts, const Elements *elements,
-    double work)
+/* Runs elements, releasing the GIL if they take long; returns 0 if a batch needs several threads, or on failure. */
+static int run_elements(const LoopCall *call, RowsFunction rows, const Py_ssize_t *lengths, char **starts,
+    const Elements *elements, double work)
 {
+    const intptr_t *steps = elements->n_axes ? elements->steps : no_steps;
     work *= (double)elements->count;
     if (work < LONG_WORK)
-        return call->rows((const intptr_t *)lengths, starts, elements->steps, elements->count) == 0;
-    if (work >= SHARED_WORK && !is_one_thread(call->settings))
+        return rows((const intptr_t *)lengths, starts, steps, elements->count) == 0;
+    if (work >= SHARED_WORK && elements->n_axes && !is_one_thread(call->settings))
         return 0;
-    const RowsFunction rows = call->rows;
     int failed;
     Py_BEGIN_ALLOW_THREADS
-    failed = rows((const intptr_t *)lengths, starts, elements->steps, elements->count);
+    failed = rows((const intptr_t *)lengths, starts, steps, elements->count);
     Py_END_ALLOW_THREADS
     return !failed;
 }
 
-/* The results for doubles in C order, of one element or a batch; NULL without an error if Python has to handle it. */
+/* The results for doubles or floats in C order, of one element or a batch; NULL without an error if Python has to
+   handle them. */
 static PyObject *loops_on_arrays(const LoopCall *call, PyObject *const *args, PyObject *out)
 {
     Py_ssize_t lengths[MAX_LENGTHS], axes[MAX_TABLE_AXES], sizes[MAX_GIVEN];
-    double numbers[MAX_GIVEN], results[MAX_GIVEN], few[MAX_FEW];
+    double numbers[MAX_GIVEN], few[MAX_FEW];
+    Number results[MAX_GIVEN];
     char *starts[MAX_TABLES];
-    PyObject *made[MAX_GIVEN];
-    Py_ssize_t total = call->total, n_room = 0;
+    PyObject *made[MAX_GIVEN], *type = NULL;
+    Py_ssize_t total = call->total, n_room = 0, width = sizeof(double);
+    int singles = 0, doubles = 0; /* Whether numbers have a precision of their own. */
     Elements elements;
     elements.n_axes = 0;
     elements.count = 1;
@@ -2001,12 +2005,17 @@ static PyObject *loops_on_arrays(const LoopCall *call, PyObject *const *args, Py
                 return NULL;
         } else if (Py_TYPE(input) == array_type) {
             const int usable = IN_C_ORDER | ALIGNED;
-            if (real_type(array) != double_type || (array->flags & usable) != usable)
+            PyObject *own = real_type(array);
+            if (own == NULL || (type != NULL && own != type) || (array->flags & usable) != usable)
                 return NULL;
+            type = own;
+            width = type == double_type ? sizeof(double) : sizeof(float);
             before = array->n_axes - table->n_axes;
             if (before && (before < 0 || !take_leading(&elements, array, before)))
                 return NULL;
-        } else if (!table->n_axes && is_number(input, &numbers[k])) {
+        } else if (!table->n_axes && (is_number(input, &numbers[k]) || is_single(input, &numbers[k]))) {
+            singles |= Py_TYPE(input) == single_type;
+            doubles |= Py_TYPE(input) == number_type || Py_TYPE(input) == scalar_type;
             starts[k] = (char *)&numbers[k];
             sizes[k] = 0;
             continue;
@@ -2018,12 +2027,21 @@ static PyObject *loops_on_arrays(const LoopCall *call, PyObject *const *args, Py
         starts[k] = array->data;
         total += sizes[k] = table_axes(table, lengths, axes);
         if (before) {
-            elements.steps[k] = (intptr_t)sizeof(double) * sizes[k];
+            elements.steps[k] = width * sizes[k];
             sizes[k] *= elements.count;
         }
     }
-    if (total > call->most)
+    if (type == NULL)
+        type = double_type;
+    const int is_double = type == double_type;
+    const RowsFunction rows = call->rows[!is_double];
+    if (rows == NULL || (is_double ? singles : doubles))
         return NULL;
+    for (int k = 0; k < call->n_inputs && !is_double; k++)
+        if (starts[k] == (char *)&numbers[k]) {
+            const float number = (float)numbers[k];
+            memcpy(&numbers[k], &number, sizeof number);
+        }
     for (int k = 0; k < call->n_checked; k++) {
         const Table *table = &call->tables[call->checked[k]];
         const int64_t *index = (const int64_t *)starts[call->checked[k]];
@@ -2031,38 +2049,46 @@ static PyObject *loops_on_arrays(const LoopCall *call, PyObject *const *args, Py
             return NULL;
     }
     const Table *outputs = call->tables + call->n_inputs, *work = outputs + call->n_outputs;
-    if (out != NULL) {
-        const Array *array = (const Array *)out;
-        const int usable = IN_C_ORDER | ALIGNED | WRITEABLE;
-        if (call->n_outputs != 1 || call->only >= 0 || outputs->n_axes + elements.n_axes == 0 ||
-            Py_TYPE(out) != array_type || real_type(array) != double_type || (array->flags & usable) != usable ||
-            array->n_axes != outputs->n_axes + elements.n_axes ||
+    const int is_tuple = out != NULL && PyTuple_CheckExact(out);
+    if (out != NULL && (call->only >= 0 || (is_tuple ? PyTuple_GET_SIZE(out) : 1) != call->n_outputs ||
+                        is_tuple != (call->n_outputs > 1)))
+        return NULL;
+    for (int k = 0; k < call->n_outputs && out != NULL; k++) {
+        const Table *table = &outputs[k];
+        PyObject *target = is_tuple ? PyTuple_GET_ITEM(out, k) : out;
+        const Array *array = (const Array *)target;
+        const int usable = IN_C_ORDER | ALIGNED | WRITEABLE, at = call->n_inputs + k;
+        if (table->n_axes + elements.n_axes == 0 || Py_TYPE(target) != array_type || real_type(array) != type ||
+            (array->flags & usable) != usable || array->n_axes != table->n_axes + elements.n_axes ||
             (elements.n_axes && !take_leading(&elements, array, elements.n_axes)) ||
-            !take_lengths(array->shape + elements.n_axes, outputs, lengths))
+            !take_lengths(array->shape + elements.n_axes, table, lengths))
             return NULL;
-        const Py_ssize_t size = table_axes(outputs, lengths, axes);
-        for (int k = 0; k < call->n_inputs; k++)
-            if (sizes[k] && !are_apart(array->data, size * elements.count, starts[k], sizes[k]))
+        const Py_ssize_t size = table_axes(table, lengths, axes);
+        starts[at] = array->data;
+        sizes[at] = size * elements.count;
+        for (int other = 0; other < at; other++) {
+            const Py_ssize_t wide = call->tables[other].is_index ? (Py_ssize_t)sizeof(int64_t) : width;
+            if (sizes[other] && !are_apart(array->data, sizes[at] * width, starts[other], sizes[other] * wide))
                 return NULL;
-        starts[call->n_inputs] = array->data;
+        }
         total += size;
         if (elements.n_axes)
-            elements.steps[call->n_inputs] = (intptr_t)sizeof(double) * size;
+            elements.steps[at] = width * size;
     }
     /* Memory for intermediate tables, and for results that are not returned. */
     for (int k = 0; k < call->n_work; k++)
         n_room += table_axes(&work[k], lengths, axes);
     for (int k = 0; call->only >= 0 && k < call->n_outputs; k++)
         n_room += k == call->only ? 0 : table_axes(&outputs[k], lengths, axes);
-    if (n_room > call->most)
+    /* numpy asks for large pages, which take a part of the time to be mapped. */
+    PyObject *room = n_room <= MAX_FEW
+        ? NULL : new_array(array_type, Py_NewRef(type), 1, &n_room, NULL, NULL, 0, NULL);
+    if (room == NULL && n_room > MAX_FEW)
         return NULL;
-    double *room = n_room <= MAX_FEW ? few : PyMem_Malloc((size_t)n_room * sizeof(double));
-    if (room == NULL)
-        return NULL;
-    double *next = room;
+    char *next = room == NULL ? (char *)few : ((Array *)room)->data;
     for (int k = 0; k < call->n_work; k++) {
-        starts[call->n_inputs + call->n_outputs + k] = (char *)next;
-        next += table_axes(&work[k], lengths, axes);
+        starts[call->n_inputs + call->n_outputs + k] = next;
+        next += width * table_axes(&work[k], lengths, axes);
     }
     int done = 1, n_made = 0;
     for (int k = 0; out == NULL && k < call->n_outputs && done; k++) {
@@ -2071,31 +2097,28 @@ static PyObject *loops_on_arrays(const LoopCall *call, PyObject *const *args, Py
         const Py_ssize_t size = table_axes(table, lengths, axes);
         total += size;
         if (call->only >= 0 && k != call->only) {
-            *start = (char *)next;
-            next += size;
+            *start = next;
+            next += width * size;
             continue;
         }
         made[n_made] = NULL;
         *start = (char *)&results[n_made];
         if (table->n_axes + elements.n_axes) {
-            made[n_made] = new_rows(&elements, table->n_axes, axes, call->transposed, start);
+            made[n_made] = new_rows(type, &elements, table->n_axes, axes, call->transposed, start);
             done = made[n_made] != NULL;
         }
         if (elements.n_axes)
-            elements.steps[call->n_inputs + k] = (intptr_t)sizeof(double) * size;
+            elements.steps[call->n_inputs + k] = width * size;
         n_made++;
     }
-    if (done && elements.n_axes)
-        done = run_elements(call, lengths, starts, &elements, work_of(call, lengths, total));
-    else if (done)
-        done = call->rows((const intptr_t *)lengths, starts, no_steps, 1) == 0;
-    if (room != few)
-        PyMem_Free(room);
+    if (done)
+        done = run_elements(call, rows, lengths, starts, &elements, work_of(call, lengths, total * width));
+    Py_XDECREF(room);
     if (out != NULL)
         return done ? Py_NewRef(out) : NULL;
     for (int k = 0; k < n_made && done; k++)
         if (made[k] == NULL)
-            done = (made[k] = new_number(results[k])) != NULL;
+            done = (made[k] = is_double ? new_number(results[k].f64) : new_single(results[k].f32)) != NULL;
     return returned(made, n_made, done);
 }
 
@@ -2103,7 +2126,7 @@ static PyObject *loops_attempt(PyObject *self, PyObject *const *args, Py_ssize_t
 {
     const LoopCall *call = (const LoopCall *)self;
     PyObject *result = NULL;
-    if (call->rows != NULL && n == call->n_given)
+    if ((call->rows[0] != NULL || call->rows[1] != NULL) && n == call->n_given)
         result = loops_on_arrays(call, args, NULL);
     if (result == NULL && !PyErr_Occurred())
         Py_RETURN_NONE;
@@ -2114,7 +2137,7 @@ static PyObject *loops_vectorcall(PyObject *self, PyObject *const *args, size_t 
 {
     LoopCall *call = (LoopCall *)self;
     PyObject *out = NULL;
-    if (call->rows == NULL || PyVectorcall_NARGS(nargsf) != call->n_given)
+    if ((call->rows[0] == NULL && call->rows[1] == NULL) || PyVectorcall_NARGS(nargsf) != call->n_given)
         return call_in_python(self, args, nargsf, names);
     if (names != NULL) {
         if (PyTuple_GET_SIZE(names) != 1 || PyTuple_GET_ITEM(names, 0) != word_out)
@@ -2169,23 +2192,23 @@ static int read_operations(PyObject *object, Operations *operations, int n_lengt
 
 PyDoc_STRVAR(
     bind_loops_doc,
-    "_bind(address, lengths, tables, n_inputs, n_outputs, fixed, operations, only, transposed, most, settings)\n--\n\n"
-    "Let calls on doubles run the kernel at this address. Return False if it has too many arrays.\n"
-    "Lengths are -1 if calls determine them. Tables are (axes, is_index, into, least, earlier). Fixed arguments are\n"
-    "arrays, and None for the others. Operations are (count, lengths). `only` is the index of the only result that\n"
-    "calls return, or -1 for all."
+    "_bind(addresses, lengths, tables, n_inputs, n_outputs, fixed, operations, only, transposed, settings)\n--\n\n"
+    "Let calls run the kernel at the addresses for doubles and for floats, of which 0 is left to Python. Return False\n"
+    "if it has too many arrays. Lengths are -1 if calls determine them. Tables are (axes, is_index, into, least,\n"
+    "earlier). Fixed arguments are arrays, and None for the others. Operations are (count, lengths). `only` is the\n"
+    "index of the only result that calls return, or -1 for all."
 );
 
 static PyObject *loops_bind(PyObject *self, PyObject *args)
 {
     LoopCall *call = (LoopCall *)self;
-    unsigned long long address;
+    unsigned long long addresses[2];
     int n_inputs, n_outputs, only, transposed;
-    Py_ssize_t most;
     PyObject *known, *tables, *fixed, *operations, *settings;
     if (!PyArg_ParseTuple(
-            args, "KO!O!iiO!O!ipnO!", &address, &PyTuple_Type, &known, &PyTuple_Type, &tables, &n_inputs, &n_outputs,
-            &PyTuple_Type, &fixed, &PyTuple_Type, &operations, &only, &transposed, &most, &PyDict_Type, &settings
+            args, "(KK)O!O!iiO!O!ipO!", &addresses[0], &addresses[1], &PyTuple_Type, &known, &PyTuple_Type, &tables,
+            &n_inputs, &n_outputs, &PyTuple_Type, &fixed, &PyTuple_Type, &operations, &only, &transposed,
+            &PyDict_Type, &settings
         ))
         return NULL;
     const Py_ssize_t n_tables = PyTuple_GET_SIZE(tables);
@@ -2194,7 +2217,7 @@ static PyObject *loops_bind(PyObject *self, PyObject *args)
         n_inputs + n_outputs > n_tables || PyTuple_GET_SIZE(fixed) != n_inputs || only >= n_outputs ||
         PyTuple_GET_SIZE(operations) > MAX_OPERATIONS)
         Py_RETURN_FALSE;
-    call->rows = NULL;
+    call->rows[0] = call->rows[1] = NULL;
     call->n_operations = (int)PyTuple_GET_SIZE(operations);
     for (int k = 0; k < call->n_operations; k++)
         if (!read_operations(PyTuple_GET_ITEM(operations, k), &call->operations[k], n_lengths)) {
@@ -2243,14 +2266,14 @@ static PyObject *loops_bind(PyObject *self, PyObject *args)
         Py_RETURN_FALSE;
     Py_XSETREF(call->backend, Py_NewRef(backend));
     call->settings = settings;
-    call->most = most;
     call->n_lengths = n_lengths;
     call->n_inputs = n_inputs;
     call->n_outputs = n_outputs;
     call->n_work = (int)n_tables - n_inputs - n_outputs;
     call->only = only;
     call->transposed = transposed;
-    call->rows = (RowsFunction)(uintptr_t)address;
+    for (int k = 0; k < 2; k++)
+        call->rows[k] = (RowsFunction)(uintptr_t)addresses[k];
     Py_RETURN_TRUE;
 }
 

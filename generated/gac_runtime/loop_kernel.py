@@ -41,9 +41,6 @@ from .loop_documentation import Described, LoopSignature, docstring
 from .threads import LEAST_WORK, checked_threads, in_threads
 
 _SUFFIX = {FLOAT32: "f32", FLOAT64: "f64"}
-_PATIENCE = 1 << 16
-"""Largest count of numbers in the arrays of one element for which a call holds the GIL: some ten microseconds."""
-
 NO_LENGTHS: Mapping[str, int] = MappingProxyType({})
 
 
@@ -213,11 +210,17 @@ class LoopKernel(LoopCall):
         Returns
         -------
         object
-            The backend for which this was decided; `known` if nothing changed.
+            The backend for which this was decided, with its loops; `known` if nothing changed.
         """
         backend = self._settings.namespace.get("backend")
-        rows = self._rows.get((str(backend), FLOAT64))
-        if extension is None or rows is None or known is backend or checking.active:
+        loops = [self._rows.get((str(backend), dtype)) for dtype in (FLOAT64, FLOAT32)]
+        rows = loops[0] or loops[1]
+        # Fixed numbers are doubles.
+        if any(one is not None and one.facts is None for one in fixed):
+            loops[1] = None
+        addresses = tuple(0 if one is None else one.address for one in loops)
+        quick = backend, addresses
+        if extension is None or rows is None or known == quick or checking.active:
             return known
         definition = self.definition
         tables = (*definition.parameters, *definition.results, *rows.work)
@@ -248,14 +251,13 @@ class LoopKernel(LoopCall):
                 )
                 for often, counts in definition.cost.items()
             )
-            settings = _PATIENCE, self._settings.namespace
-            called._bind(rows.address, *sizes, tuple(arrays), operations, *chosen, *settings)
-        return backend
+            called._bind(addresses, *sizes, tuple(arrays), operations, *chosen, self._settings.namespace)
+        return quick
 
     def unbind(self) -> None:
         """Let Python handle all calls, also those that the extension could run."""
         if extension is not None:
-            self._bind(0, (), (), 0, 0, (), (), -1, False, 0, self._settings.namespace)
+            self._bind((0, 0), (), (), 0, 0, (), (), -1, False, self._settings.namespace)
 
     def rebind(self) -> None:
         """Let the extension run calls again, from the one after the next."""

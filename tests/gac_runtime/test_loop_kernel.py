@@ -549,6 +549,42 @@ def test_the_extension_runs_batches(
         assert type(one) is type(other)
 
 
+@pytest.mark.parametrize("leading", [(), (3,)])
+@pytest.mark.parametrize("name", some_slow([*QUICK, *SOME], *SOME))
+def test_the_extension_runs_single_precision(
+    quick_module: ModuleType, name: str, leading: tuple[int, ...], rng: np.random.Generator
+) -> None:
+    quick_module.backend = "numba"  # type: ignore[attr-defined]
+    bound = getattr(quick_module, name).bind()
+    given = [
+        array if array.dtype.kind == "i" else np.asarray(array, np.float32)
+        for array in map(np.asarray, arguments(sources()[name].procedure, lengths_of(name, 3), rng, leading).values())
+    ]
+    known = as_list(in_python(bound, *given))
+    found = bound.attempt(*given)
+    assert found is not None
+    for one, other in zip(as_list(found), known, strict=True):
+        np.testing.assert_array_equal(one, other, strict=True)
+        assert type(one) is type(other)
+    outs = tuple(np.empty_like(one) for one in known)
+    if all(out.ndim for out in outs):
+        assert bound(*given, out=outs if len(outs) > 1 else outs[0]) is (outs if len(outs) > 1 else outs[0])
+        for one, other in zip(outs, known, strict=True):
+            np.testing.assert_array_equal(one, other, strict=True)
+
+
+def test_numbers_beside_arrays_in_single_precision(quick_module: ModuleType) -> None:
+    """Python's numbers follow the arrays; numpy's have a precision of their own."""
+    quick_module.backend = "numba"  # type: ignore[attr-defined]
+    newton = quick_module.newton
+    x = np.float32([1, 2])
+    for _ in range(2):
+        assert all(result.dtype == np.float32 for a in (2.0, 2, np.float32(2)) for result in as_list(newton(x, a)))
+        assert all(result.dtype == np.float64 for result in as_list(newton(x, np.float64(2))))
+        assert all(result.dtype == np.float64 for result in as_list(newton(x.astype(float), np.float32(2))))
+        assert all(result.dtype == np.float64 for result in as_list(newton(x.astype(float), 2)))
+
+
 def test_the_extension_leaves_other_batches_to_python(quick_module: ModuleType, rng: np.random.Generator) -> None:
     quick_module.backend = "numba"  # type: ignore[attr-defined]
     q, axes, tool = arguments(sources()["forward"].procedure, {"n": 3}, rng, (4,)).values()

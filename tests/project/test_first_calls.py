@@ -74,3 +74,22 @@ def test_first_calls_load_neither_the_compiler_nor_numba(tmp_path: Path) -> None
     command = [sys.executable, "-c", PROGRAM, CALLS, *(["numba"] if images.backend == "c" else [])]
     done = subprocess.run(command, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("call", ["optical_flow(image, image)", "disparity(image, image, 9)", "dwt(image[0])"])
+def test_first_calls_without_parts_of_scipy(call: str) -> None:
+    """Whose imports take a tenth of a second."""
+    program = f"""
+import sys
+
+import numpy as np
+
+from algorithms import wavelets
+
+image = np.random.default_rng(0).normal(size=(64, 64))
+wavelets.{call}
+print([name for name in ("scipy.fft", "scipy.linalg", "scipy.ndimage", "scipy.special") if name in sys.modules])
+"""
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True)
+    assert done.stdout.strip() == "[]", done.stderr

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 import scipy.ndimage
 
+from algorithms.evidence import largest_ratio
+from algorithms.wavelets import flow_equations
 from generated import images
 from tests.support.all_cases import all_cases
 
@@ -42,37 +44,73 @@ def test_means_at_even_rows(size: tuple[int, int]) -> None:
 
 
 def test_jets_are_derivatives_of_polynomials() -> None:
-    """Differences of nine neighbours are exact for polynomials of eighth degree along an axis."""
+    """Differences of nine neighbours are exact for polynomials of eighth degree along an axis.
+
+    Of terms of third degree, the part remains that is linear within a pixel: 3/20 x of x^3 and x/12 of x y^2.
+    """
     y, x = np.indices((24, 30)) - 12.0
     factors = np.random.default_rng(2).normal(size=10)
     powers = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3)]
     image = sum(c * x**i * y**j for c, (i, j) in zip(factors, powers, strict=True))
     found = [plane[12, 12] for plane in images.jets(np.asarray(image))]
-    assert np.allclose(found, factors, rtol=0, atol=1e-10)
+    factors[1:3] += [3 / 20 * factors[6] + factors[8] / 12, 3 / 20 * factors[9] + factors[7] / 12]
+    assert np.allclose(found, factors[:6], rtol=0, atol=1e-10)
 
 
 def test_terms_of_the_equations() -> None:
-    """For a polynomial of third degree, the moved image is exact: its shift by the motion."""
+    """For a polynomial of second degree, the moved image is exact: its shift by the motion."""
 
     def surface(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        return 0.3 * x - 0.2 * y + 0.01 * x * y + 0.002 * x**2 - 1e-4 * y**3 + 2e-4 * x * y**2
+        return 0.3 * x - 0.2 * y + 0.01 * x * y + 0.002 * x**2 - 1e-3 * y**2
 
     def slopes(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        across = 0.3 + 0.01 * y + 0.004 * x + 2e-4 * y**2
-        return across, -0.2 + 0.01 * x - 3e-4 * y**2 + 4e-4 * x * y
+        return 0.3 + 0.01 * y + 0.004 * x, -0.2 + 0.01 * x - 2e-3 * y
 
-    rows, columns, last = np.arange(26.0), np.arange(34.0), np.array([32.0, 25.0])
-    y, x = np.meshgrid(rows, columns, indexing="ij")
-    u, v = np.full(x.shape, 2.3), np.full(x.shape, -1.6)
-    first = surface(x, y) + 0.1
-    found = np.stack(images.motion_terms(*images.jets(surface(x, y)), first, u, v, rows, columns, last))
-    there, place = surface(x + u, y + v), (slice(10, -10), slice(10, -10))
-    gx, gy = (np.add(*pair) / 2 for pair in zip(slopes(x, y), slopes(x + u, y + v), strict=True))
-    d = there - first
-    expected = np.stack([gx * gx, gx * gy, gy * gy, -gx * d, -gy * d, d * d])
-    assert np.abs(found - expected)[:, *place].max() < 1e-9
-    assert not found[:, 0].any() and not found[:, :, 31:].any()
-    assert found[5, 2:, :30].all()
+    y, x = np.indices((26, 34)) - 12.0
+    jets = [part.reshape(-1) for part in images.jets(surface(x, y))]
+    row, column = (part.reshape(-1) for part in np.mgrid[10:16, 10:24])
+    u, v = x[row, column], y[row, column]
+    first = surface(u, v) + 0.1
+    known = (column % 2).astype(float)
+    # The motion (2.3, -1.6) ends 0.3 to the right of a pixel and 0.4 below it.
+    ends = 34 * (row - 2) + column + 2, np.full(u.shape, 0.3), np.full(u.shape, 0.4), known
+    found = np.stack(images.motion_terms(*jets, *ends, first, *slopes(u, v)))
+    gx, gy = (np.add(*pair) / 2 for pair in zip(slopes(u, v), slopes(u + 2.3, v - 1.6), strict=True))
+    d = surface(u + 2.3, v - 1.6) - first
+    expected = known * np.stack([gx * gx, gx * gy, gy * gy, -gx * d, -gy * d, d * d])
+    assert np.abs(found - expected).max() < 1e-9
+
+
+@pytest.mark.parametrize("size", [(38, 71), (8, 8), (1, 5)])
+def test_averages(size: tuple[int, int]) -> None:
+    rng = np.random.default_rng(1)
+    (even, odd), taps = rng.normal(size=(2, *size)), rng.normal(size=7)
+    evens, odds = np.concatenate([taps[6:0:-2], taps[::2]]), np.concatenate([taps[5::-2], taps[1::2]])
+    expected = []
+    for part, weights in ((even, evens), (odd, odds)):
+        rows = scipy.ndimage.correlate1d(part, weights, 0, mode="nearest")
+        expected.append(scipy.ndimage.correlate1d(rows, weights, 1, mode="nearest"))
+    assert np.allclose(images.averaged(even, odd, taps), sum(expected), rtol=0, atol=1e-12)
+
+
+def test_ends_of_motions() -> None:
+    u, v = np.array([[0.6, 3.0]]), np.array([[-1.4, -9.0]])
+    row, column, right, down, known = images.motion_ends(
+        u, v, np.array([8.0]), np.array([4.0, 6.0]), np.array([8.0, 9.0])
+    )
+    assert row.tolist() == [[7, 0]] and column.tolist() == [[5, 8]]
+    assert np.allclose([right, down], [[[-0.4, 0]], [[-0.4, 0]]], rtol=0, atol=1e-12)
+    assert known.tolist() == [[1, 0]]
+
+
+def test_slopes_are_derivatives_of_polynomials() -> None:
+    y, x = np.indices((12, 15)) - 5.0
+    across, down = images.slopes(x**3 - x * y**2 + 2 * y**4)
+    assert np.allclose(across[2:-2, 2:-2], (3 * x**2 - y**2)[2:-2, 2:-2], rtol=0, atol=1e-11)
+    assert np.allclose(down[2:-2, 2:-2], (8 * y**3 - 2 * x * y)[2:-2, 2:-2], rtol=0, atol=1e-11)
+    across, down = images.slopes(np.arange(5.0)[:, None] + np.zeros(3))
+    # Mirrored at the middle of edges: 1, 0, 0, 1, 2 about the first pixel.
+    assert not across.any() and np.allclose(down[:, 0], [7 / 12, 13 / 12, 1, 13 / 12, 7 / 12])
 
 
 @pytest.mark.parametrize("noise", [(1.0, 0.0, 0.0), (0.7, 3.0, 2.0)])
@@ -134,3 +172,46 @@ def test_evidence_is_that_of_the_weaker_direction() -> None:
     assert abs(left - 2) < 1e-6 and abs(least - 1) < 1e-6
     turned = images.motion_evidence(np.array([1.0, 1, 1, 0, 0, 0]), 1e-9)
     assert abs(turned[1]) < 1e-6
+
+
+def structure_of_noise() -> float:
+    """Return the mean square of a derivative that white noise alone exceeds with the probability `WRONG`.
+
+    The unit is the least mean squared difference of the two images at the same place, as noise may vary. The derivative
+    is that of their mean, whose variance is a quarter of that of the difference.
+    """
+    width = len(flow_equations._COARSE)
+    fine, coarse = (
+        np.concatenate([taps[:0:-1], taps]).astype(float) for taps in (flow_equations._FINE, flow_equations._COARSE)
+    )
+    band = np.pad(np.outer(fine, fine), width - len(flow_equations._FINE)) - np.outer(coarse, coarse)
+    slopes = np.apply_along_axis(np.convolve, 1, band, [1 / 12, -2 / 3, 0, 2 / 3, -1 / 12])
+    # The motion, two numbers, takes its part of the differences.
+    differences = _freedom(band)
+    variance = differences / (differences - 2)
+    ratio = largest_ratio(_freedom(slopes), differences - 2)
+    return float(variance * ratio * (slopes**2).sum() / (band**2).sum() / 4)
+
+
+def _freedom(taps: np.ndarray) -> int:
+    """Return the degrees of freedom of the distribution of chi-square that averaged squares of filtered noise have.
+
+    It is the one with the same variance.
+    """
+    weights = np.outer(*[np.concatenate([flow_equations._NEAR[:0:-1], flow_equations._NEAR]).astype(float)] * 2)
+    # Half of the pixels.
+    weights[np.indices(weights.shape).sum(0) % 2 == 1] = 0
+    pairs, alike = _correlated(weights), _correlated(taps)
+    rows, columns = ((large - small) // 2 for large, small in zip(alike.shape, pairs.shape, strict=True))
+    part = alike[rows : rows + len(pairs), columns : columns + len(pairs)] / alike.max()
+    return round(float(weights.sum() ** 2 / (pairs * part**2).sum()))
+
+
+def _correlated(taps: np.ndarray) -> np.ndarray:
+    """Return the correlation of a filter with itself. (Importing `scipy.signal` takes half a second.)"""
+    sizes = [2 * n - 1 for n in taps.shape]
+    return np.asarray(np.fft.fftshift(np.fft.irfft2(np.abs(np.fft.rfft2(taps, sizes)) ** 2, sizes)))
+
+
+def test_what_noise_alone_explains() -> None:
+    assert abs(flow_equations._STRUCTURE_OF_NOISE / structure_of_noise() - 1) < 1e-3

@@ -342,6 +342,37 @@ def test_read_only_arrays_and_single_precision(name: str) -> None:
     assert np.abs(single - double).max() < 1e-3 * (1 + np.abs(double).max())
 
 
+@all_cases("name", CALLS)
+def test_other_memory_orders_give_the_same_bits(name: str) -> None:
+    call, shape = CALLS[name]
+    array = np.random.default_rng(5).normal(size=shape)
+    expected = np.asarray(call(array))
+    for same in (np.asfortranarray(array), array[::-1].copy()[::-1], np.repeat(array, 2, -1)[..., ::2]):
+        assert np.array_equal(np.asarray(call(same)), expected)
+
+
+@all_cases("name", CALLS)
+@pytest.mark.filterwarnings("error")
+def test_no_pixel_and_few_pixels(name: str) -> None:
+    """The result is finite, or an error says what is expected."""
+    call, shape = CALLS[name]
+    for size in (0, 1, 2):
+        for kept in (0, 1):
+            small = (*(size for _ in shape[: len(shape) - kept]), *shape[len(shape) - kept :])
+            try:
+                found = np.asarray(call(np.ones(small)))
+            except ValueError as error:
+                assert "expected" in str(error)
+            else:
+                assert np.isfinite(found).all()
+
+
+@pytest.mark.filterwarnings("error")
+def test_noise_that_is_larger_by_more_than_numbers_can_be() -> None:
+    image = np.random.default_rng(6).normal(size=(19, 17)) * 1e-320
+    assert np.array_equal(w.denoise(image, 0.5), w.denoise(image, 1e-310))
+
+
 def test_versors_and_names() -> None:
     for call, message in (
         (lambda: w.admissibility("db4"), "wavelet: 'db4'"),

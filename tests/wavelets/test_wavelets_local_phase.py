@@ -208,3 +208,23 @@ def test_balanced_bands_of_waves(frequency: tuple[float, float]) -> None:
 def test_bad_input(call: Any, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         call(normal(12, 13))
+
+
+@pytest.mark.parametrize("balanced", [False, True])
+@pytest.mark.parametrize("shape", [(40, 51), (1, 7), (9, 1)])
+def test_bands_equal_direct_filters(shape: tuple[int, int], balanced: bool) -> None:
+    """Also where the filters are larger than the image, whose mirror images repeat."""
+    image = np.random.default_rng(8).normal(size=(2, *shape))
+    frequencies, sigma = [(0.1, -0.2), (0.0, 0.3)], [2.0, 3.5]
+    found = complex_gabor_bank(image, frequencies, sigma, 0.8, balanced)
+    for k, (pair, width) in enumerate(zip(frequencies, sigma, strict=True)):
+        expected, smooth, even = image.astype(complex), image, 1.0
+        for axis, frequency, size in ((-2, pair[0], width), (-1, pair[1], width / 0.8)):
+            x = np.arange(-np.ceil(4 * size), np.ceil(4 * size) + 1)
+            gaussian = np.exp(-(x**2) / (2 * size**2))
+            gaussian /= gaussian.sum()
+            wave = gaussian * np.exp(2j * np.pi * frequency * x)
+            even *= wave.real.sum()
+            expected = scipy.ndimage.convolve1d(expected, wave, axis, mode="reflect")
+            smooth = scipy.ndimage.convolve1d(smooth, gaussian, axis, mode="reflect")
+        assert np.abs(found[:, k] - expected + balanced * even * smooth).max() < 1e-14
