@@ -79,6 +79,10 @@ PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
     "vision": ("algorithms/vision", ("vision/test_*",)),
     "estimation": ("algorithms/estimation", ("estimation/test_*",)),
     "kinematics": ("algorithms/kinematics", ("kinematics/test_*", "robots/test_*")),
+    "evidence": ("algorithms/evidence", ("evidence/test_*",)),
+    "mapping": ("algorithms/mapping", ("mapping/test_*",)),
+    "registration": ("algorithms/registration", ("registration/test_*",)),
+    "grasping": ("algorithms/grasping", ("grasping/test_*",)),
 }
 """Source folder, and the test files (patterns) of each package that are run first."""
 
