@@ -423,8 +423,8 @@ def relevant(mutant: Mutant, recorder: _Recorder, mentioned: Mapping[str, Sequen
 
 
 def is_compiled(mutant: Mutant) -> bool:
-    """Return whether numba may compile the mutated function."""
-    return "njit" in (ROOT / mutant.path).read_text(encoding="utf-8")
+    """Return whether numba may compile the mutated function, or the function prints or compiles what numba compiles."""
+    return "/jit/" in mutant.path or "njit" in (ROOT / mutant.path).read_text(encoding="utf-8")
 
 
 def survives(mutant: Mutant, tests: Sequence[str], longest: float) -> bool:
