@@ -86,8 +86,8 @@ PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
 }
 """Source folder, and the test files (patterns) of each package that are run first."""
 
-COPIES = {"generated/gac_runtime/": "gacompiler/gac_runtime/"}
-"""Folders whose files are those of another folder; both are mutated."""
+RUNTIME = "gac_runtime"
+"""The folder of the runtime, which is copied beside generated modules, also by tests; all copies are mutated."""
 
 HEAVY = ("numpy", "scipy.linalg", "scipy.optimize", "scipy.spatial", "scipy.ndimage", "sympy", "mpmath")
 """Modules that are imported once, before processes are forked."""
@@ -265,22 +265,28 @@ class _Finder(importlib.abc.MetaPathFinder):
     """Finds the mutated code of one module; other modules are found by the usual finders."""
 
     def __init__(self, mutant: Mutant) -> None:
-        paths = [mutant.path, *(mutant.path.replace(own, copy) for copy, own in COPIES.items())]
-        self._paths = {path.removesuffix(".py").removesuffix("/__init__").replace("/", "."): path for path in paths}
+        self._name = mutant.path.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
+        self._is_package = mutant.path.endswith("__init__.py")
         self._code = mutated_code(mutant)
 
-    def find_spec(self, fullname: str, path: object = None, target: object = None) -> Any:
-        if fullname not in self._paths:
+    def find_spec(self, fullname: str, path: Sequence[str] | None = None, target: object = None) -> Any:
+        parts = fullname.split(".")
+        own = ["gacompiler", *parts[parts.index(RUNTIME) :]] if RUNTIME in parts else parts
+        if ".".join(own) != self._name:
             return None
-        code, file = self._code, ROOT / self._paths[fullname]
+        code = self._code
+        place = Path(path[0] if path else ROOT, parts[-1])
+        file = place / "__init__.py" if self._is_package else place.with_suffix(".py")
 
         class Loader(importlib.machinery.SourceFileLoader):
             def get_code(self, fullname: str) -> CodeType:
                 return code
 
-        folder = [str(file.parent)] if file.name == "__init__.py" else None
         return importlib.util.spec_from_file_location(
-            fullname, file, loader=Loader(fullname, str(file)), submodule_search_locations=folder
+            fullname,
+            file,
+            loader=Loader(fullname, str(file)),
+            submodule_search_locations=[str(place)] if self._is_package else None,
         )
 
 
@@ -322,10 +328,9 @@ class _Recorder:
 
     def _trace(self, frame: FrameType, event: str, argument: object) -> None:
         name = frame.f_code.co_filename
-        if name.startswith(self._root):
-            name = name[len(self._root) :]
-            for copy, own in COPIES.items():
-                name = own + name[len(copy) :] if name.startswith(copy) else name
+        _, found, rest = name.partition(f"{os.sep}{RUNTIME}{os.sep}")
+        if found or name.startswith(self._root):
+            name = f"gacompiler/{RUNTIME}/{rest}" if found else name[len(self._root) :]
             if name.startswith(self._folder):
                 self._called.add((name, frame.f_code.co_firstlineno))
 
