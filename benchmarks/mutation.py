@@ -300,11 +300,19 @@ sys.meta_path.insert(0, _Finder({mutant!r}))
 """Start-up code of processes that tests start."""
 
 
+@functools.cache
+def _own_path(name: str) -> str:
+    """Return the path of a file relative to the root, that of the runtime for a file of a copy; empty for others."""
+    _, found, rest = name.partition(f"{os.sep}{RUNTIME}{os.sep}")
+    root = str(ROOT) + os.sep
+    return f"gacompiler/{RUNTIME}/{rest}" if found else name.removeprefix(root) if name.startswith(root) else ""
+
+
 class _Recorder:
     """A pytest plugin that records the functions of a folder that each test calls, and the duration of the test."""
 
     def __init__(self, folder: str) -> None:
-        self._root, self._folder = str(ROOT) + os.sep, folder + os.sep
+        self._folder = folder + os.sep
         self._called: set[tuple[str, int]] = set()
         self._starts = False
         self._of_fixtures: dict[object, tuple[set[tuple[str, int]], bool]] = {}
@@ -327,12 +335,9 @@ class _Recorder:
             self._starts = True
 
     def _trace(self, frame: FrameType, event: str, argument: object) -> None:
-        name = frame.f_code.co_filename
-        _, found, rest = name.partition(f"{os.sep}{RUNTIME}{os.sep}")
-        if found or name.startswith(self._root):
-            name = f"gacompiler/{RUNTIME}/{rest}" if found else name[len(self._root) :]
-            if name.startswith(self._folder):
-                self._called.add((name, frame.f_code.co_firstlineno))
+        name = _own_path(frame.f_code.co_filename)
+        if name.startswith(self._folder):
+            self._called.add((name, frame.f_code.co_firstlineno))
 
     @pytest.hookimpl(hookwrapper=True)
     def pytest_fixture_setup(self, fixturedef: Any) -> Iterator[None]:
