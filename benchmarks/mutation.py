@@ -79,11 +79,15 @@ PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
     "vision": ("algorithms/vision", ("vision/test_*",)),
     "estimation": ("algorithms/estimation", ("estimation/test_*",)),
     "kinematics": ("algorithms/kinematics", ("kinematics/test_*", "robots/test_*")),
+    "evidence": ("algorithms/evidence", ("evidence/test_*",)),
+    "mapping": ("algorithms/mapping", ("mapping/test_*",)),
+    "registration": ("algorithms/registration", ("registration/test_*",)),
+    "grasping": ("algorithms/grasping", ("grasping/test_*",)),
 }
 """Source folder, and the test files (patterns) of each package that are run first."""
 
-COPIES = {"generated/gac_runtime/": "gacompiler/gac_runtime/"}
-"""Folders whose files are those of another folder; both are mutated."""
+RUNTIME = "gac_runtime"
+"""The folder of the runtime, which is copied beside generated modules, also by tests; all copies are mutated."""
 
 HEAVY = ("numpy", "scipy.linalg", "scipy.optimize", "scipy.spatial", "scipy.ndimage", "sympy", "mpmath")
 """Modules that are imported once, before processes are forked."""
@@ -261,22 +265,28 @@ class _Finder(importlib.abc.MetaPathFinder):
     """Finds the mutated code of one module; other modules are found by the usual finders."""
 
     def __init__(self, mutant: Mutant) -> None:
-        paths = [mutant.path, *(mutant.path.replace(own, copy) for copy, own in COPIES.items())]
-        self._paths = {path.removesuffix(".py").removesuffix("/__init__").replace("/", "."): path for path in paths}
+        self._name = mutant.path.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
+        self._is_package = mutant.path.endswith("__init__.py")
         self._code = mutated_code(mutant)
 
-    def find_spec(self, fullname: str, path: object = None, target: object = None) -> Any:
-        if fullname not in self._paths:
+    def find_spec(self, fullname: str, path: Sequence[str] | None = None, target: object = None) -> Any:
+        parts = fullname.split(".")
+        own = ["gacompiler", *parts[parts.index(RUNTIME) :]] if RUNTIME in parts else parts
+        if ".".join(own) != self._name:
             return None
-        code, file = self._code, ROOT / self._paths[fullname]
+        code = self._code
+        place = Path(path[0] if path else ROOT, parts[-1])
+        file = place / "__init__.py" if self._is_package else place.with_suffix(".py")
 
         class Loader(importlib.machinery.SourceFileLoader):
             def get_code(self, fullname: str) -> CodeType:
                 return code
 
-        folder = [str(file.parent)] if file.name == "__init__.py" else None
         return importlib.util.spec_from_file_location(
-            fullname, file, loader=Loader(fullname, str(file)), submodule_search_locations=folder
+            fullname,
+            file,
+            loader=Loader(fullname, str(file)),
+            submodule_search_locations=[str(place)] if self._is_package else None,
         )
 
 
@@ -290,11 +300,19 @@ sys.meta_path.insert(0, _Finder({mutant!r}))
 """Start-up code of processes that tests start."""
 
 
+@functools.cache
+def _own_path(name: str) -> str:
+    """Return the path of a file relative to the root, that of the runtime for a file of a copy; empty for others."""
+    _, found, rest = name.partition(f"{os.sep}{RUNTIME}{os.sep}")
+    root = str(ROOT) + os.sep
+    return f"gacompiler/{RUNTIME}/{rest}" if found else name.removeprefix(root) if name.startswith(root) else ""
+
+
 class _Recorder:
     """A pytest plugin that records the functions of a folder that each test calls, and the duration of the test."""
 
     def __init__(self, folder: str) -> None:
-        self._root, self._folder = str(ROOT) + os.sep, folder + os.sep
+        self._folder = folder + os.sep
         self._called: set[tuple[str, int]] = set()
         self._starts = False
         self._of_fixtures: dict[object, tuple[set[tuple[str, int]], bool]] = {}
@@ -317,13 +335,9 @@ class _Recorder:
             self._starts = True
 
     def _trace(self, frame: FrameType, event: str, argument: object) -> None:
-        name = frame.f_code.co_filename
-        if name.startswith(self._root):
-            name = name[len(self._root) :]
-            for copy, own in COPIES.items():
-                name = own + name[len(copy) :] if name.startswith(copy) else name
-            if name.startswith(self._folder):
-                self._called.add((name, frame.f_code.co_firstlineno))
+        name = _own_path(frame.f_code.co_filename)
+        if name.startswith(self._folder):
+            self._called.add((name, frame.f_code.co_firstlineno))
 
     @pytest.hookimpl(hookwrapper=True)
     def pytest_fixture_setup(self, fixturedef: Any) -> Iterator[None]:
@@ -419,8 +433,8 @@ def relevant(mutant: Mutant, recorder: _Recorder, mentioned: Mapping[str, Sequen
 
 
 def is_compiled(mutant: Mutant) -> bool:
-    """Return whether numba may compile the mutated function."""
-    return "njit" in (ROOT / mutant.path).read_text(encoding="utf-8")
+    """Return whether numba may compile the mutated function, or the function prints or compiles what numba compiles."""
+    return "/jit/" in mutant.path or "njit" in (ROOT / mutant.path).read_text(encoding="utf-8")
 
 
 def survives(mutant: Mutant, tests: Sequence[str], longest: float) -> bool:

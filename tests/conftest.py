@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import gc
+import importlib
 import os
+import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -15,6 +19,20 @@ for _library in ("OPENBLAS", "OMP", "MKL"):
 
 # Until all tests are collected: collection creates many objects that live to the end, and scanning them takes long.
 gc.disable()
+
+
+def pytest_collection(session: pytest.Session) -> None:
+    """Let the second worker import the files of tests from the last one on, before it collects them in order.
+
+    Where there is no bytecode, each of two workers would otherwise compile every file at the same time as the other.
+    """
+    if os.environ.get("PYTEST_XDIST_WORKER") != "gw1":
+        return
+    for path in sorted((file for each in session.config.args for file in Path(each).rglob("test_*.py")), reverse=True):
+        if str(path.parent) not in sys.path:
+            sys.path.insert(0, str(path.parent))
+        with contextlib.suppress(Exception, pytest.skip.Exception):  # reported when the file is collected
+            importlib.import_module(path.stem)
 
 
 def pytest_collection_finish() -> None:

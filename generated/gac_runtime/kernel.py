@@ -372,9 +372,8 @@ class Kernel(checked.Switched, Call):
 
     @property
     def element_address(self) -> int:
-        """Address of the compiled function on one element of doubles; 0 if it does not exist (yet)."""
-        is_there = self._settings.backend == "c" and FLOAT64 in self._loops and self.definition.inputs
-        return self._settings.library.address(f"{self.name}_f64") if is_there else 0
+        """Address of the compiled function on one element of doubles; 0 on other backends than C."""
+        return self._settings.library.address(f"{self.name}_f64") if self._settings.backend == "c" else 0
 
     def _call_namespace(self, namespace: Any, arrays: tuple[Any, ...], out: Any) -> Any:
         """Evaluate a call on arrays of torch, jax or cupy by array expressions of that namespace."""

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from selection import some_slow
 
 from gacompiler.backends import runtime_files
 from gacompiler.backends.build import compiler_flags, find_compiler
@@ -163,7 +164,7 @@ def test_results_larger_than_any_cache(dtype: Any, shift: int, odd: int) -> None
     assert not length.any()
 
 
-@all_cases("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("dtype", some_slow([np.float64, np.float32], np.float32))
 @all_cases("shift", [0, 1, 5])
 @all_cases("n", [600, 1003, 12000, 12001])
 def test_many_rows_of_results(dtype: Any, shift: int, n: int) -> None:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import os
 import re
 import subprocess
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -21,6 +20,7 @@ import loop_drivers as drivers
 import numpy as np
 import pytest
 from backend_programs import MOVE_POINT, module_source
+from hash_seeds import is_the_same_for_every_hash_seed
 from loop_drivers import Array, LoopCall, LoopDialect
 from loop_examples import (
     EXAMPLES,
@@ -288,7 +288,7 @@ def run_on_processor(
 def test_cuda_on_a_processor(which: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The loops are printed by the lines of the compiler that print those of OpenCL, of which all run there."""
     dialect = LoopDialect(
-        ON_A_PROCESSOR, "{module}::{kernel}", "{module}_{kernel}_{suffix}", "long long", ("double", "float")
+        ON_A_PROCESSOR, "{module}::{kernel}", "{module}_{kernel}_{suffix}", ("double", "float"), "long long"
     )
     text = drivers.c_driver(calls(which), [f"{name}.cu" for name in modules(which)], dialect)
     check(
@@ -304,7 +304,7 @@ def test_cuda_on_a_processor(which: str, folder: Path, monkeypatch: pytest.Monke
 @pytest.mark.parametrize(("which", "real"), [("few", "double"), ("all", "float")], indirect=["which"])
 def test_opencl_on_a_processor(which: str, folder: Path, real: str, monkeypatch: pytest.MonkeyPatch) -> None:
     prelude = f"{WORK_ITEMS}#include <tgmath.h>\n#undef I\n#define REAL {real}"
-    dialect = LoopDialect(prelude, "{module}_{kernel}", "{module}_{kernel}_batch", "long", (real,))
+    dialect = LoopDialect(prelude, "{module}_{kernel}", "{module}_{kernel}_batch", (real,), "long")
     text = drivers.c_driver(calls(which), [f"{name}.cl" for name in modules(which)], dialect)
     found = run_on_processor(which, "gcc", folder / f"main_{real}.c", "-std=c99", text, monkeypatch)
     check(which, found, np.float64 if real == "double" else np.float32)
@@ -319,7 +319,7 @@ UNOPTIMISED = ("-O0", "-Xcicc", "-O0", "-Xptxas", "-O0")
 @pytest.mark.parametrize("which", ["few"], indirect=True)
 def test_cuda_on_the_host(which: str, folder: Path) -> None:
     """Other tests compile all kernels with nvcc for a device, and run them on a processor."""
-    dialect = LoopDialect("", "{module}::{kernel}", "", "long long", ("double", "float"))
+    dialect = LoopDialect("", "{module}::{kernel}", "", ("double", "float"), "long long")
     (folder / "main.cu").write_text(drivers.c_driver(calls(which), [f"{name}.cu" for name in modules(which)], dialect))
     flags = (*UNOPTIMISED, "-Werror", "all-warnings", "-Xcompiler", "-ffp-contract=off")
     compiled("nvcc", *flags, folder / "main.cu", "-o", folder / "in_cuda")
@@ -410,23 +410,11 @@ def test_functions_have_unique_names(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_text_is_the_same_for_every_seed() -> None:
-    code = (
-        "import hashlib; from loop_examples import *; from gacompiler.generation.rendering import *; "
-        "m = loop_module('one', forward, tree, picked, kept, matrix_sums); "
-        f"print(hashlib.sha256(''.join(render_targets(m, {TARGETS}).values()).encode()).hexdigest())"
+    statements = (
+        "from loop_examples import *; from gacompiler.generation.rendering import *; "
+        "m = loop_module('one', forward, tree, picked, kept, matrix_sums)"
     )
-    path = [str(Path(__file__).parents[1] / "support"), str(Path(__file__).parents[2])]
-    found = {
-        subprocess.run(
-            [sys.executable, "-c", f"import sys; sys.path[:0] = {path!r}; {code}"],
-            env={"PYTHONHASHSEED": seed, "PATH": ""},
-            capture_output=True,
-            text=True,
-            check=True,
-        ).stdout
-        for seed in ("0", "1")
-    }
-    assert len(found) == 1 and len(found.pop()) == 65
+    assert is_the_same_for_every_hash_seed(statements, f"''.join(render_targets(m, {TARGETS}).values())")
 
 
 @pytest.mark.parametrize("module", some_slow(["loops", "robots"], "robots"))

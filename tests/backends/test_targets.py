@@ -20,6 +20,7 @@ import pytest
 import target_drivers as drivers
 from backend_programs import ALL_OPERATIONS, MOVE_POINT, PROGRAMS, module_source, write
 from click.testing import CliRunner
+from hash_seeds import is_the_same_for_every_hash_seed
 from programs import needs, runs
 from target_drivers import Array, Call, Dialect, Found, size
 
@@ -432,25 +433,13 @@ def test_text(target: str, name: str) -> None:
 
 @pytest.mark.slow
 def test_text_does_not_depend_on_the_hash_seed() -> None:
-    code = (
-        "import hashlib; from backend_programs import *; from gacompiler.backends import *; "
+    statements = (
+        "from backend_programs import *; from gacompiler.backends import *; "
         "from gacompiler.generation.rendering import *; m = module_source('one', *PROGRAMS); "
         "texts = [c_source(m), c_header(m), python_source(m), standalone_c_source(m), standalone_python_source(m)]; "
-        "texts += render_targets(m, TARGETS).values(); "
-        "print(hashlib.sha256(''.join(texts).encode()).hexdigest())"
+        "texts += render_targets(m, TARGETS).values()"
     )
-    path = [str(Path(__file__).parents[1] / "support"), str(Path(__file__).parents[2])]
-    found = {
-        subprocess.run(
-            [sys.executable, "-c", f"import sys; sys.path[:0] = {path!r}; {code}"],
-            env={"PYTHONHASHSEED": seed, "PATH": ""},
-            capture_output=True,
-            text=True,
-            check=True,
-        ).stdout
-        for seed in ("0", "1")
-    }
-    assert len(found) == 1 and len(found.pop()) == 65
+    assert is_the_same_for_every_hash_seed(statements, "''.join(texts)")
 
 
 def test_every_operation_is_among_the_kernels() -> None:

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from backend_programs import DISTANCE, MOVE_POINT, NORMALIZE, expected, inputs
 
+from gacompiler.gac_runtime.threads import in_threads
 from tests.support.all_cases import all_cases
 
 PROGRAMS = (MOVE_POINT, NORMALIZE, DISTANCE)
@@ -106,6 +107,15 @@ if not child:
     os._exit(0 if same else 1)
 assert same and os.waitpid(child, 0)[1] == 0
 """
+
+
+@all_cases("work, count", [(1 << 23, 8), (1 << 27, 8), ((1 << 27) + 1, 2)])
+def test_pieces_are_whole_cache_lines_and_those_of_large_results_few(work: int, count: int) -> None:
+    pieces: list[tuple[int, int]] = []
+    in_threads(lambda first, size: pieces.append((first, size)), 6405, 2, work)
+    pieces.sort()
+    assert len(pieces) == count and all(first % 64 == 0 for first, _ in pieces)
+    assert [0, *(first + size for first, size in pieces)] == [*(first for first, _ in pieces), 6405]
 
 
 def test_a_pool_of_threads_does_not_outlive_a_fork() -> None:

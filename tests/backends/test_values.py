@@ -196,6 +196,23 @@ def test_an_operator_is_its_kernel(module: ModuleType) -> None:
             assert type(number) is float and number == module.distance(point, v["UnitPlane"])
 
 
+def test_operators_of_known_types_call_no_python(implementations: dict[str, ModuleType]) -> None:
+    """After the first call, the extension calls the compiled function."""
+    if "extension" not in implementations:
+        pytest.skip("not built")
+    called: list[str] = []
+    v = random_values(implementations["extension"])
+    for _ in range(2):
+        called.clear()
+        sys.setprofile(lambda frame, event, argument: called.append(frame.f_code.co_name) if event == "call" else None)
+        try:
+            v["Motor"] * v["Motor"], ~v["Motor"]
+            v["Motor"](v["Point"]), v["Point"] & v["Point"], v["UnitPlane"] & v["Point"]
+        finally:
+            sys.setprofile(None)
+    assert not called
+
+
 def test_more_specific_types_are_accepted(module: ModuleType) -> None:
     """A motor is an even element and a unit plane is a plane, but the converse is false."""
     v = random_values(module)

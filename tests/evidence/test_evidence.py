@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from math import comb
 from pathlib import Path
 from typing import Any
@@ -188,6 +189,20 @@ def test_subsets_are_equally_likely() -> None:
     assert len(all_or_some_sets(6, 3, 20)) == 20 and len({*map(tuple, all_or_some_sets(9, 3, 30))}) <= 30
 
 
+def away(models: Array, first: Array, _: Array) -> Array:
+    """Distances of numbers, some of which are models."""
+    return np.asarray(np.abs(models[:, None] - first))
+
+
+def truncated(distances: Callable[[Array, Array, Array], Array]) -> Callable[[Array, Array, Array, float], Array]:
+    """Return the function of sums of squared distances that are truncated at a threshold."""
+
+    def costs(models: Array, first: Array, second: Array, threshold: float) -> Array:
+        return np.asarray((distances(models, first, second).clip(max=threshold) ** 2).sum(-1))
+
+    return costs
+
+
 def test_consensus_finds_the_line_of_most_points() -> None:
     """Two lines with 40 and 30 points, and 30 points that are on none."""
     rng = np.random.default_rng(5)
@@ -201,19 +216,27 @@ def test_consensus_finds_the_line_of_most_points() -> None:
     def distances(models: Array, first: Array, second: Array) -> Array:
         return np.asarray(np.abs(models[:, :1] * first + models[:, 1:] - second))
 
-    def costs(models: Array, first: Array, second: Array, threshold: float) -> Array:
-        return np.asarray((distances(models, first, second).clip(max=threshold) ** 2).sum(-1))
-
     def descend(models: Array, threshold: float, _: float) -> Array:
         near = distances(models, x, y) <= threshold
         return np.array([np.polyfit(x[inliers], y[inliers], 1) for inliers in near])
 
     free = Freedom(sample_size=2, parameters=2, codimension=1, solutions=1, false_alarms=1e-2)
-    problem = Problem(x, y, free, solve, distances, costs, descend)
+    problem = Problem(x, y, free, solve, distances, truncated(distances), descend)
     found = consensus(problem, 0.02, 0, 0.999, 2000)
     assert found.reached and found.best is not None
     assert not explained_by_chance(problem, found.best.model, 0.02, np.random.default_rng(1))
     assert np.abs(found.best.model - [2, 1]).max() < 0.01 and found.best.inliers[:40].all()
+
+
+def test_a_model_without_inliers_ends_no_sampling() -> None:
+    """No mean of two powers of two is another power: all samples are drawn, and the best model has no inlier."""
+    x = 2.0 ** np.arange(12)
+
+    free = Freedom(sample_size=2, parameters=1, codimension=1, solutions=1, false_alarms=1e-2)
+    problem = Problem(x, x, free, lambda sets: x[sets].mean(-1), away, truncated(away), lambda models, *_: models)
+    found = consensus(problem, 1e-3, 0, 0.999, 500)
+    assert found.best is not None and not found.best.inliers.any()
+    assert found.n_samples == 500 and not found.reached
 
 
 @all_cases("place, least", [(1.1, 22 / 70), (1.3, 0.0)])
@@ -221,19 +244,14 @@ def test_polishing_leaves_a_minimum_for_a_lower_one(place: float, least: float) 
     """Ten numbers are 0 and four are elsewhere; the mean of all is within 1 of them, as that of the ten is of these."""
     x = np.where(np.arange(14) < 10, 0.0, place)
 
-    def distances(models: Array, first: Array, _: Array) -> Array:
-        return np.asarray(np.abs(models[:, None] - first))
-
-    def costs(models: Array, first: Array, second: Array, threshold: float) -> Array:
-        return np.asarray((distances(models, first, second).clip(max=threshold) ** 2).sum(-1))
-
     def descend(models: Array, threshold: float, at_most: float) -> Array:
         for _ in range(int(at_most)):
             models = np.array([x[np.abs(x - m) < threshold].mean() for m in models])
         return models
 
     free = Freedom(sample_size=1, parameters=1, codimension=1, solutions=1, false_alarms=1e-2)
-    problem = Problem(x, x, free, lambda sets: x[sets[:, 0]], distances, costs, descend)
+    costs = truncated(away)
+    problem = Problem(x, x, free, lambda sets: x[sets[:, 0]], away, costs, descend)
     for start in (0.0, float(x.mean())):
         stuck = descend(np.array([start]), 1.0, 50)
         assert stuck == pytest.approx(start)

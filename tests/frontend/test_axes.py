@@ -6,12 +6,12 @@ import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, reduce
-from math import prod
 from random import Random
 from typing import Any
 
 import numpy as np
 import pytest
+from exact_runs import run_exactly
 
 import gacompiler
 from benchmarks.loops import kalman
@@ -44,7 +44,6 @@ from gacompiler.errors import KernelError
 from gacompiler.frontend.kernel import Kernel
 from gacompiler.ir.procedure import Procedure, Storage, statements
 from gacompiler.ir.procedure_text import procedure_text
-from gacompiler.ir.run_procedure import run_procedure
 from gacompiler.passes.loops import compile_loops
 from tests.support.all_cases import all_cases
 
@@ -55,20 +54,6 @@ LENGTHS = {"n": 3, "m": 4, "k": 2}
 def exact(definition: Kernel, **given: Any) -> list[np.ndarray[Any, Any]]:
     """Compile a kernel, which proves it, and run it on integers."""
     return run_exactly(compile_loops(definition, effort=0).procedure, given)
-
-
-def run_exactly(procedure: Procedure, given: dict[str, Any]) -> list[np.ndarray[Any, Any]]:
-    lengths: dict[str, int] = {}
-    rows: dict[str, Any] = {}
-    for table in procedure.parameters:
-        values = np.asarray(given[table.name], object)
-        lengths.update(zip(table.lengths, values.shape, strict=False))
-        rows[table.name] = values.reshape(prod(values.shape[: len(table.lengths)]), table.size).tolist()
-    found = run_procedure(procedure, lengths, rows)
-    return [
-        np.array(found[table.name], object).reshape((*(lengths[name] for name in table.lengths), *table.shape))
-        for table in procedure.results
-    ]
 
 
 def integers(seed: int, *shape: int) -> np.ndarray[Any, Any]:

@@ -102,6 +102,20 @@ def values(x: Any, layout: Layout) -> np.ndarray:
     return np.array([slot.sign * float(x.terms.get(slot.blade, 0)) for slot in layout.stored])
 
 
+def compiled(algebra: Algebra) -> list[Any]:
+    """Compile logarithms of unit versors and exponentials of bivectors."""
+
+    @ga.kernel(r=algebra.UNIT_EVEN, loops=True)
+    def logarithm(r: Any) -> Any:
+        return ga.log(r)
+
+    @ga.kernel(b=bivectors(algebra), loops=True)
+    def exponential(b: Any) -> Any:
+        return ga.exp(b)
+
+    return [ga.compile(each, "arrays", effort=0) for each in (logarithm, exponential)]
+
+
 @pytest.mark.slow
 def test_accuracy() -> None:
     """Errors are at most 1e-13 of the largest coefficient; null bivectors have the exponential 1 + b.
@@ -109,16 +123,7 @@ def test_accuracy() -> None:
     A power is the exponential of a multiple of the logarithm, as in other bases.
     """
     layout = bivectors(G33)
-
-    @ga.kernel(r=G33.UNIT_EVEN, loops=True)
-    def logarithm(r: Any) -> Any:
-        return ga.log(r)
-
-    @ga.kernel(b=layout, loops=True)
-    def exponential(b: Any) -> Any:
-        return ga.exp(b)
-
-    log, exp = (ga.compile(each, "arrays", effort=0) for each in (logarithm, exponential))
+    log, exp = compiled(G33)
     for name, angles in ANGLES.items():
         b, versor = example(angles)
         r = values(versor, G33.UNIT_EVEN)
@@ -142,16 +147,7 @@ def test_accuracy_over_seven_and_eight_vectors(n_pairs: int, n_unit: int) -> Non
     """Errors are at most 1e-14 of the largest coefficient, also near half and whole turns beside other planes."""
     algebra = null_basis(n_pairs, n_unit)
     layout = bivectors(algebra)
-
-    @ga.kernel(r=algebra.UNIT_EVEN, loops=True)
-    def logarithm(r: Any) -> Any:
-        return ga.log(r)
-
-    @ga.kernel(b=layout, loops=True)
-    def exponential(b: Any) -> Any:
-        return ga.exp(b)
-
-    log, exp = (ga.compile(each, "arrays", effort=0) for each in (logarithm, exponential))
+    log, exp = compiled(algebra)
     for name, angles in ANGLES.items():
         b, versor = example([*angles, 0.7], algebra, n_pairs)
         r = values(versor, algebra.UNIT_EVEN)

@@ -46,8 +46,8 @@ def test_unit_elements(name: str) -> None:
     with checked():
         np.testing.assert_array_equal(kernel(unit, *rest), expected)
         assert kernel(np.stack([unit, -np.asarray(unit)]), *rest).shape == (2, *np.shape(expected))
-        single = np.asarray(unit, np.float32)
-        kernel(single, *(x.astype(np.float32) for x in rest))
+        if name in ("pga3", "vga3"):  # those of which other tests compile functions of floats
+            kernel(np.asarray(unit, np.float32), *(x.astype(np.float32) for x in rest))
         for factor, off in ((1.1, 0.21), (1 + 1e-7, 2e-7)):
             rows = np.stack([unit, unit, factor * np.asarray(unit)])
             first = next(iter(inspect.signature(kernel).parameters))

@@ -10,6 +10,7 @@ import pytest
 
 from algorithms.kinematics import Robot, Status
 from algorithms.kinematics.inverse.meets import GEOMETRIES
+from algorithms.kinematics.inverse.regional import _apart
 from tests.support.all_cases import all_cases
 
 SHOULDER = [
@@ -146,3 +147,12 @@ def test_one_pose_has_the_result_of_a_batch_of_one(name: str) -> None:
                 here, there = getattr(one, column), getattr(batch, column)[0]
                 assert here.dtype == there.dtype
                 np.testing.assert_allclose(here, there, rtol=0, atol=1e-7)
+
+
+def test_distances_of_angles_are_those_of_the_nearest_other_solution() -> None:
+    """Squared sines of half the differences, also across a whole turn; one solution is complex."""
+    angles = np.array([[0, pi / 3, pi / 2, 2 * pi - 2 * pi / 3], [pi / 6, -pi, pi - 1e-3, 2.0]])
+    found = _apart(angles, np.array([[0, 0, 0, -0.25], [0, 0, 0, 0]]))
+    sixth = np.sin(pi / 12) ** 2
+    np.testing.assert_allclose(found[0], [0.25, sixth, sixth, -0.25], atol=1e-15)
+    np.testing.assert_allclose(found[1, 1:3], np.sin(5e-4) ** 2, rtol=1e-9)

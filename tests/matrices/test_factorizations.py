@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 from functools import cache
-from math import prod
 from typing import Any
 
 import numpy as np
 import pytest
+from exact_runs import run_exactly
 
 import gacompiler
 from gacompiler import SCALAR, array, jvp, kernel, matrices, total
 from gacompiler.ir.procedure import Procedure
-from gacompiler.ir.run_procedure import run_procedure
 from gacompiler.passes.loops import compile_loops
 from tests.support.all_cases import all_cases
 
@@ -65,18 +64,7 @@ def procedure_of(definition: Any) -> Procedure:
 
 def run(definition: Any, **given: Any) -> list[np.ndarray[Any, Any]]:
     """Compile a kernel, which proves it, and interpret it in the arithmetic of the arguments."""
-    procedure = procedure_of(definition)
-    lengths: dict[str, int] = {}
-    rows: dict[str, Any] = {}
-    for table in procedure.parameters:
-        values = np.asarray(given[table.name], object)
-        lengths.update(zip(table.lengths, values.shape, strict=False))
-        rows[table.name] = values.reshape(prod(values.shape[: len(table.lengths)]), table.size).tolist()
-    found = run_procedure(procedure, lengths, rows)
-    return [
-        np.array(found[table.name], object).reshape((*(lengths[name] for name in table.lengths), *table.shape))
-        for table in procedure.results
-    ]
+    return run_exactly(procedure_of(definition), given)
 
 
 def floats(results: list[np.ndarray[Any, Any]]) -> list[np.ndarray[Any, Any]]:

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 from loop_examples import element, interpreted, shape_of
+from target_drivers import Dialect, main_lines
 
 from gacompiler.ir.procedure import Procedure, Storage, Table
 
@@ -223,27 +224,17 @@ def javascript_driver(calls: Sequence[LoopCall], modules: Sequence[str]) -> str:
 
 
 @dataclass(frozen=True)
-class LoopDialect:
-    """The differences between the C drivers of two languages: names, and the text at the top."""
+class LoopDialect(Dialect):
+    """The differences between the C drivers of two languages, with tables of indices."""
 
-    prelude: str
-    one: str
-    """A function of one element, from module, kernel and suffix."""
-    batch: str
-    """The same over a batch; empty where it cannot be called."""
     index: str
     """The type of lengths and index tables."""
-    precisions: tuple[str, ...]
 
 
 def c_driver(calls: Sequence[LoopCall], files: Sequence[str], dialect: LoopDialect) -> str:
     """All calls, once per element and once on the batch with strides: contiguous elements or contiguous components."""
     lines = [
-        *("#include <math.h>", "#include <stdio.h>", "#include <stdlib.h>"),
-        dialect.prelude,
-        *(f'#include "{file}"' for file in files),
-        "static double *numbers;",
-        "static FILE *found;",
+        *dialect.start(files),
         f"static {dialect.index} *take_index(long n)",
         "{",
         f"    {dialect.index} *x = ({dialect.index} *)malloc(n * sizeof *x);",
@@ -282,24 +273,7 @@ def c_driver(calls: Sequence[LoopCall], files: Sequence[str], dialect: LoopDiale
     for real in dialect.precisions:
         for layout in ("one", "rows", "columns")[: 3 if dialect.batch else 1]:
             runs.append(f"    numbers = start; {' '.join(f'call_{k}_{real}_{layout}();' for k in range(len(calls)))}")
-    return "\n".join(
-        [
-            *lines,
-            "int main(int n_paths, char **paths)",
-            "{",
-            "    if (n_paths != 3) return 2;",
-            '    FILE *file = fopen(paths[1], "rb");',
-            "    fseek(file, 0, SEEK_END);",
-            "    long size = ftell(file);",
-            "    rewind(file);",
-            "    double *start = (double *)malloc(size);",
-            "    if (fread(start, 1, size, file) != (size_t)size) return 3;",
-            '    found = fopen(paths[2], "wb");',
-            *runs,
-            "    return fclose(found);",
-            "}",
-        ]
-    )
+    return "\n".join([*lines, *main_lines(runs)])
 
 
 def _turned_lines(real: str) -> list[str]:

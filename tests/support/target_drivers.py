@@ -194,16 +194,20 @@ class Dialect:
     """The same over a batch; empty where it cannot be called."""
     precisions: tuple[str, ...]
 
+    def start(self, files: Sequence[str]) -> list[str]:
+        """Return the lines up to the first function: what is included, and the file of numbers and that of results."""
+        return [
+            *("#include <math.h>", "#include <stdio.h>", "#include <stdlib.h>"),
+            self.prelude,
+            *(f'#include "{file}"' for file in files),
+            "static double *numbers;",
+            "static FILE *found;",
+        ]
+
 
 def c_driver(calls: Sequence[Call], files: Sequence[str], dialect: Dialect) -> str:
     """All calls in every precision, once per element and once on the batch with strides; both results are written."""
-    lines = [
-        *("#include <math.h>", "#include <stdio.h>", "#include <stdlib.h>"),
-        dialect.prelude,
-        *(f'#include "{file}"' for file in files),
-        "static double *numbers;",
-        "static FILE *found;",
-    ]
+    lines = dialect.start(files)
     for real in dialect.precisions:
         lines += [
             f"static {real} *take_{real}(long n)",
@@ -225,7 +229,12 @@ def c_driver(calls: Sequence[Call], files: Sequence[str], dialect: Dialect) -> s
         f"    numbers = start; {' '.join(f'call_{k}_{real}();' for k in range(len(calls)))}"
         for real in dialect.precisions
     ]
-    lines += [
+    return "\n".join([*lines, *main_lines(runs)])
+
+
+def main_lines(runs: Sequence[str]) -> list[str]:
+    """Return the function that reads all numbers, from `start` on, makes all calls, and writes what they found."""
+    return [
         "int main(int n_paths, char **paths)",
         "{",
         "    if (n_paths != 3) return 2;",
@@ -240,7 +249,6 @@ def c_driver(calls: Sequence[Call], files: Sequence[str], dialect: Dialect) -> s
         "    return fclose(found);",
         "}",
     ]
-    return "\n".join(lines)
 
 
 def _c_call(call: Call, real: str, dialect: Dialect) -> list[str]:

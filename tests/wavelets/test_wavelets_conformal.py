@@ -209,8 +209,18 @@ def test_fields_are_reconstructed(dimension: int) -> None:
     assert np.abs(conformal_wavelet(few.field, points, versors[:25], *options) - known[:25]).max() < 1e-9
     assert (weights[:, None] * few.field**2).sum() < (weights[:, None] * field**2).sum()
 
-    single = iconformal_wavelet(*(each.astype(np.float32) for each in (known, points, versors)), *options[:2])
-    assert single.field.shape == field.shape
+
+@pytest.mark.slow
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_fields_in_single_precision(dimension: int) -> None:
+    field, points, versors = (
+        normal(40, 2**dimension),
+        2 * normal(40, dimension, seed=1),
+        general_versors(dimension, 160),
+    )
+    known = conformal_wavelet(field, points, versors, 2.0, 0.7)
+    single = iconformal_wavelet(*(each.astype(np.float32) for each in (known, points, versors)), 2.0, 0.7)
+    assert np.abs(single.field - field).max() < 1e-3
 
 
 @all_cases(
