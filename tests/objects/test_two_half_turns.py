@@ -1,0 +1,46 @@
+"""Logarithms, roots and powers of rotations by nearly pi in two planes, whose scalar part has no correct digit."""
+
+from __future__ import annotations
+
+import mpmath
+import numpy as np
+import pytest
+from many_planes import PI, exact_exp, example, size
+
+from gacompiler import Cl
+from gacompiler.errors import AlgebraError
+
+SIGNATURES = [(4,), (0, 4), (5,), (4, 1)]
+LACKS = [("1e-3", "1e-3"), ("1e-8", "1e-8"), ("1e-11", "3e-9"), ("1e-13", "1e-7"), ("0", "1e-10"), ("2e-12", "0.3")]
+
+
+@pytest.mark.parametrize("signature", SIGNATURES, ids=str)
+@pytest.mark.parametrize("lacks", LACKS, ids=str)
+def test_two_half_turns(signature: tuple[int, ...], lacks: tuple[str, str]) -> None:
+    """The exponential of the logarithm, in 40 digits, is the versor, as are products of roots. Boosts square errors."""
+    for sign in (1, -1):
+        angles = [PI - mpmath.mpf(lacks[0]), sign * (PI - mpmath.mpf(lacks[1]))]
+        versor = example(signature, angles)[1]
+        with mpmath.workdps(40):
+            power = exact_exp(versor.log().exactly().map(lambda value: mpmath.mpf(value.numerator) / value.denominator))
+        found = np.array([float(power[name]) for name in versor.layout.blades])
+        assert min(np.abs(found - s * versor.values).max() for s in (1, -1)) <= 2e-15 * size(versor) ** 2
+        root, third = versor.sqrt(), versor.power(1 / 3)
+        for whole in (root * root, third * third * third):
+            assert min(size(whole - versor), size(whole + versor)) <= 2e-15 * size(versor) ** 2
+
+
+@pytest.mark.parametrize("signature", SIGNATURES, ids=str)
+def test_scalar_parts_with_rounding_errors(signature: tuple[int, ...]) -> None:
+    """An error of 1e-16 in the scalar part, larger than that part itself, changes the results by as much."""
+    versor = example(signature, [PI - mpmath.mpf("1e-9"), PI - mpmath.mpf("2e-9")])[1]
+    for error in (1e-16, -1e-16):
+        moved = versor + error
+        root = moved.sqrt()
+        for whole in (root * root, moved.log().exp()):
+            assert min(size(whole - moved), size(whole + moved)) <= 2e-15 * size(versor) ** 2
+
+
+def test_two_half_turns_have_many_logarithms() -> None:
+    with pytest.raises(AlgebraError, match="no logarithm, or many"):
+        Cl(4).multivector({"1": 0.0, "e12": 0.0, "e1234": 1.0}).log()
