@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: 304fccca89e1b33a
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 23b6769d1c21119ad47b3c0a55ebd818ae5014af3bf5b2bcd30ddc42840561cb
+// body: 7ed7de5bfb00971d7b742898986f58878e5866646750d1482a4e9569f18c7305
 /* cga3
    Conformal geometry of space in G(4,1) with the null basis ``e0, einf`` and ``einf . e0 = -1``.
    
@@ -1815,7 +1815,7 @@ void cga3_versor_exponential_loop_f32(char **args, const intptr_t *dimensions, c
          e130inf, e230inf; unit.
      out[10]  CGA3.POINT_PAIR: e12, e13, e23, e10, e20, e30, e1inf, e2inf, e3inf, e0inf.
    Assumes ``v ~v = 1``.
-   Costs 178 mul, 112 add, 8 div, 4 sqrt, 3 call, 54 choice.
+   Costs 178 mul, 112 add, 8 div, 4 sqrt, 3 call, 55 choice.
    Error: 3.1 ulp of the largest coefficient, 64 random inputs. */
 void cga3_versor_logarithm_f64(const double *v, double *out);
 void cga3_versor_logarithm_f32(const float *v, float *out);
@@ -1828,7 +1828,7 @@ void cga3_versor_logarithm_loop_f32(char **args, const intptr_t *dimensions, con
      out[16]  CGA3.UNIT_EVEN: 1, e12, e13, e23, e10, e20, e30, e1inf, e2inf, e3inf, e0inf, e1230, e123inf,
          e120inf, e130inf, e230inf; unit.
    Assumes ``v ~v = 1``.
-   Costs 117 mul, 60 add, 5 div, 3 sqrt, 6 choice.
+   Costs 117 mul, 60 add, 5 div, 3 sqrt, 8 choice.
    Error: 1.6 ulp of the largest coefficient, 64 random inputs. */
 void cga3_versor_square_root_f64(const double *v, double *out);
 void cga3_versor_square_root_f32(const float *v, float *out);

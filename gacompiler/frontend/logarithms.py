@@ -96,12 +96,13 @@ def stretch(
 ) -> Value:
     """Return ``T = 1 / S(x)`` from ``h = S**2 x`` of the given signs and ``c = C(x)``.
 
-    `c` may be negative if `left` is true. `length` is a known square root of `h` or ``-h``, of any sign.
+    `c` may have any sign if `h` is negative, and may be -1 if `left` is true. `length` is a known square root of `h` or
+    ``-h``, of any sign.
     """
     if signs.zero:
         return 1
     if not signs.positive and not vanishing:
-        tiny = -h < (select(c < 0, 0, NEARLY_ZERO) if left else NEARLY_ZERO)
+        tiny = -h < NEARLY_ZERO
         u = sqrt(select(tiny, ONE, -h)) if length is None else select(tiny, ONE, length)
         return select(tiny, 1, atan2(u, c) / u)
     inverse = 1 / (1 + absolute(c))
@@ -109,13 +110,16 @@ def stretch(
     close = (absolute(tangent) if signs.both else tangent if signs.positive else -tangent) < select(c < 0, 0, CLOSE)
     size = absolute(h) if signs.both else h if signs.positive else -h
     u = sqrt(select(close, ONE, size)) if length is None else absolute(select(close, ONE, length))
+    # Half turns in both planes have no logarithm: of exact numbers, 1 / 0 says so before pi, which is irrational.
+    shortened = 1 / u if left else 0
     if signs.positive:
         angle = log(select(h < 0, 1, u + c) if signs.negative else u + c)
     if signs.both:
         angle = select(h < 0, atan2(u, c), angle)
     elif signs.negative:
         angle = atan2(u, c)
-    return select(close, 2 * inverse * polynomial_of(_AREAS, select(close, tangent, 0)), angle / u)
+    far = angle * shortened if left else angle / u
+    return select(close, 2 * inverse * polynomial_of(_AREAS, select(close, tangent, 0)), far)
 
 
 def _with_null_square(s: Value, c: Value, length: Value | None, form: Form) -> Pair:
@@ -145,7 +149,7 @@ def _of_two_numbers(s: Value, w: Value, p2: Value, turned: Value, form: Form) ->
     small = p2 / select(large < NEARLY_ZERO, 1, large)
     small = select(large < NEARLY_ZERO, p2, small)
     h1, h2 = select(total < 0, -small, large), select(total < 0, -large, small)
-    c1 = sqrt(maximum((2 * w * w - s + difference) / 2, TINY))
+    c1 = sqrt(maximum(select(isoclinic, ONE, (2 * w * w - s + difference) / 2), TINY))
     c2 = w / c1
     if form.isoclinic:
         twice = turned / root
@@ -201,7 +205,7 @@ def unit_versor_square_root(r: Any) -> Any:
         small = 2 * (((b ^ b) * p)["1"] / sine - (b * b)["1"]) / (1 - cosine + sine)
         square = select(turned, (a + 2 * sine) * small, square)
     size = sqrt(square)
-    root = sqrt((a + size) / 2)
+    root = sqrt(select(square > 0, (a + size) / 2, -ONE) if form.isoclinic else (a + size) / 2)
     return root / 2 + p / (2 * root) + root / size * b - (p * b).grade(2) / (root * size)
 
 

@@ -44,3 +44,23 @@ def test_scalar_parts_with_rounding_errors(signature: tuple[int, ...]) -> None:
 def test_two_half_turns_have_many_logarithms() -> None:
     with pytest.raises(AlgebraError, match="no logarithm, or many"):
         Cl(4).multivector({"1": 0.0, "e12": 0.0, "e1234": 1.0}).log()
+
+
+def test_signs_of_spinors_of_boosts() -> None:
+    """The negative of a boost turns by 2 pi in a plane that is not determined, also if rounding errors suggest one."""
+    for space, names in ((Cl(1, 3), ("e23", "e14")), (Cl(3, 2), ("e12", "e34")), (Cl(4, 1), ("e12", "e35"))):
+        turned = space.multivector({names[0]: np.pi, names[1]: 0.7}).exp()
+        assert turned["1"] < -1
+        with pytest.raises(AlgebraError, match="no logarithm, or many"):
+            turned.log(shorter=False)
+        half = space.multivector({names[0]: 2.0, names[1]: 0.7}).exp()
+        assert half["1"] < 0 and size(half.log(shorter=False).exp() - half) < 1e-14
+
+
+@pytest.mark.parametrize("signature", [(5, 1), (6, 1)], ids=str)
+def test_signs_of_spinors_beside_boosts(signature: tuple[int, ...]) -> None:
+    """A large boost does not hide the plane of the largest angle, in which spinors are turned the longer way."""
+    n = sum(signature)
+    versor = Cl(*signature).multivector({"e12": 2.0, "e34": 0.2, f"e5{n}": 1.5}).exp()
+    assert versor["1"] < 0
+    assert size(versor.log(shorter=False).exp() - versor) <= 2e-15 * size(versor) ** 2
