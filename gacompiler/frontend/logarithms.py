@@ -192,10 +192,12 @@ def unit_versor_square_root(r: Any) -> Any:
     form, w = form_of_versor(r), r["1"]
     flip, cosine = select(w < 0, -1, 1), absolute(w)
     a = 2 + 2 * cosine
+    whole = 1 + flip * r
     if not form.rest:
-        return (1 + flip * r) / sqrt(a)
+        return whole / sqrt(a)
     if form.q.zero:
-        return (1 + flip * r) * (1 - flip * r.grade(4) / a) / sqrt(a)
+        p = 2 * flip * r.grade(4)
+        return whole * (1 - p / (2 * a)) / sqrt(a)
     b, p = flip * r.grade(2), flip * r.grade(4)
     p2 = (p * p)["1"]
     square = a * a - 4 * p2
@@ -254,7 +256,7 @@ def number_square_root(a: Any, along: Any = None) -> Any:
     s = (v * v)["1"]
     square = w * w - s
     if form.s.positive and not form.s.negative:
-        root = sqrt((w + sqrt(square)) / 2)
+        root = sqrt(select(w < 0, -ONE, (w + sqrt(square)) / 2))
         return root + v / (2 * root)
     left = w < 0
     if form.s.positive:  # both of the numbers w + u and w - u must have a root

@@ -64,3 +64,14 @@ def test_signs_of_spinors_beside_boosts(signature: tuple[int, ...]) -> None:
     versor = Cl(*signature).multivector({"e12": 2.0, "e34": 0.2, f"e5{n}": 1.5}).exp()
     assert versor["1"] < 0
     assert size(versor.log(shorter=False).exp() - versor) <= 2e-15 * size(versor) ** 2
+
+
+def test_negative_numbers_beside_vectors_have_no_root() -> None:
+    """-2 + 1e-12 e1 is two real numbers, both negative, although the square of its vector is lost beside 4."""
+    space = Cl(2)
+    numbers = space.multivector({"1": [-2.0, -2.0, 2.0], "e1": [1e-12, 1.0, 1e-12]})
+    with pytest.raises(AlgebraError, match="no square root, or many"):
+        space.multivector({"1": -2.0, "e1": 1e-12}).sqrt()
+    roots = numbers.sqrt()
+    assert np.isnan(roots.values[:2]).any(-1).all()
+    assert np.abs((roots * roots - numbers).values[2]).max() < 1e-15
