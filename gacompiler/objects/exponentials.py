@@ -24,6 +24,9 @@ LARGEST = 16
 """Number of coefficients up to which an exponential is one kernel; one of 32 takes ten seconds to compile."""
 FEW = 1 << 14
 """Number of coefficients up to which products are computed by a table. Beyond it a kernel is worth its compilation."""
+RESIDUAL = 2.0**-36
+"""Largest difference between the exponential of a logarithm and the versor, relative to the largest coefficient. The
+rounding error of boosts grows with the square of their coefficients, and exceeds it if these are several hundreds."""
 _MOST = 1100
 """Largest number of squarings for arguments that are doubles."""
 
@@ -87,7 +90,8 @@ def longer(versor: Any, logarithm: Any, wrap: Callable[[Layout, Any], Any]) -> A
     """Return the logarithm of versors with a negative scalar part, given that of their negatives.
 
     With a part ``B`` that is a unit plane of rotation, ``exp(-pi B)`` is -1. The result is NaN where there is no such
-    part, or where it is not determined: for -1, and for equal angles in two planes.
+    part, or where it is not determined: for -1, for equal angles in two planes, and for a plane that is known from
+    rounding errors alone. This is so if the exponential of the result is not the versor.
     """
     negative = np.broadcast_to(np.asarray(versor["1"]) < 0, logarithm.shape)
     if not np.any(negative):
@@ -96,7 +100,13 @@ def longer(versor: Any, logarithm: Any, wrap: Callable[[Layout, Any], Any]) -> A
     chosen = np.atleast_1d(negative)
     with np.errstate(all="ignore"):
         short = wrap(logarithm.layout, values[chosen])
-        values[chosen] = np.asarray((short - np.pi * _plane_of(short)).as_layout(logarithm.layout).values)
+        long = (short - np.pi * _plane_of(short)).as_layout(logarithm.layout)
+        given = np.stack([np.broadcast_to(versor[name], logarithm.shape) for name in versor.layout.blades], -1)
+        given, power = np.atleast_2d(given)[chosen], long.exp()
+        found = np.stack([np.broadcast_to(power[name], long.shape) for name in versor.layout.blades], -1)
+        size = np.max(np.abs(given), axis=-1)
+        right = np.max(np.abs(found - given), axis=-1) <= RESIDUAL * size
+        values[chosen] = np.where(right[:, None], np.asarray(long.values), np.nan)
     return wrap(logarithm.layout, values.reshape(logarithm.values.shape))
 
 

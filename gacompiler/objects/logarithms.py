@@ -23,7 +23,7 @@ from ..algebra.algebra import Algebra
 from ..algebra.layout import Layout
 from ..errors import AlgebraError
 from .caches import cached_by_name
-from .exponentials import exponential
+from .exponentials import RESIDUAL, exponential
 from .tables import product_table
 
 ROOTS = 60
@@ -38,10 +38,6 @@ TERMS = 7
 TURNED = 0.5
 """Distance of a pair of eigenvalues from -1, below which its half turn is removed: 1/2 is as good as any other number
 that keeps the remaining eigenvalues away from -1."""
-RESIDUAL = 2.0**-36
-"""Largest difference between the exponential of a result and the versor, relative to the largest coefficient. Newton's
-method squares it, so that results are either correct to rounding, or far from this limit. The rounding error of boosts
-grows with the square of their coefficients, and exceeds it if these are several hundreds."""
 
 
 class Frame(NamedTuple):
@@ -165,6 +161,7 @@ class _Versor:
             bivector = bivector + moved
             if step and np.max(np.abs(moved)) <= 2.0**-50 * np.max(np.abs(bivector)):
                 break
+        # Newton's method squares the residual, so that results are correct to rounding, or far from the limit.
         residual = np.max(np.abs(sign * self.row - self.power(bivector)))
         if not residual <= RESIDUAL * np.max(np.abs(self.row)):
             return sign, np.full(len(bivector), np.nan)
@@ -189,7 +186,9 @@ def _half_turn(frame: Frame, matrix: Any, any_angle: bool = False) -> Any:
 
     With `any_angle`, the angle need not be near pi, but must be larger than all others.
     """
-    distances = np.sort(np.abs(np.linalg.eigvals(matrix) + 1))
+    # Squared, this is the sum of an eigenvalue and its inverse, and 2. It is 2 or more for boosts.
+    values = np.linalg.eigvals(matrix)
+    distances = np.sort(np.abs(values + 1) / np.sqrt(np.abs(values)))
     first, second = max(distances[1], 2.0**-22), distances[2]
     if not second > first * (1 + 2.0**-10) or not (any_angle or (first < TURNED and second > 2 * first)):
         return None

@@ -34,10 +34,12 @@ def to_kernel(
 
     Parameters
     ----------
-    formula : SymbolicMultivector, sympy expression, or tuple of them
+    formula : SymbolicMultivector, sympy expression, matrix or array, or tuple of them
         The results. Multivectors that were derived by operations of the algebra are replayed as these operations.
         Multivectors whose coefficients were changed individually are used in their current form. In both cases the
-        compiler searches for cheaper forms, modulo the relations of the arguments.
+        compiler searches for cheaper forms, modulo the relations of the arguments. Matrices and arrays of sympy, such
+        as those of a `Chart`, become their entries, row by row. A multivector whose metric has symbols becomes the
+        coefficients of all blades of its grades, in the order of `Algebra.blades`.
     *arguments : SymbolicMultivector or Symbol
         The arguments of the kernel, in order: multivectors made by `symbols`, and scalar symbols.
     name : str
@@ -55,17 +57,10 @@ def to_kernel(
     --------
     ``move = gacompiler.compile(to_kernel(m * p * ~m, m, p, name="move"))``
     """
-    many = isinstance(formula, (tuple, list))
-    results = tuple(symbolic(r) if isinstance(r, Multivector) else r for r in (formula if many else [formula]))
+    given = tuple(formula) if isinstance(formula, (tuple, list)) else (formula,)
+    results = tuple(value for result in given for value in _results_of(result))
+    many = isinstance(formula, (tuple, list)) or len(results) > 1
     _check_name("to_kernel()", name)
-    for result in results:
-        if isinstance(result, SymbolicMultivector) and result.algebra.has_symbolic_metric:
-            raise KernelError(
-                f"to_kernel({name})",
-                f"a result in {result.algebra.name}, whose metric has symbols",
-                "results in algebras with numbers as metric, and scalars",
-                'pass its coefficients, such as x["e_r"] or x.coefficients.values()',
-            )
     parameters = tuple(_parameter(name, argument) for argument in arguments)
     _check_components(name, parameters)
     known = _component_symbols(arguments)
@@ -92,6 +87,17 @@ def to_kernel(
 
     function.__name__ = name
     return Kernel(name, function, parameters, returns, summary)
+
+
+def _results_of(result: Any) -> list[Any]:
+    """Return what a kernel returns of a result: itself, or scalars where it has no layout."""
+    if isinstance(result, Multivector):
+        made = symbolic(result)
+        names = (made.algebra.spelling(blade)[1] for blade in made.algebra.blades(*made.grades))
+        return [made[name] for name in names] if made.grades and made.algebra.has_symbolic_metric else [made]
+    if isinstance(result, (sympy.MatrixBase, sympy.NDimArray)):
+        return list(sympy.flatten(result.tolist()))
+    return [result]
 
 
 def _parameter(where: str, argument: Any) -> Parameter:

@@ -17,7 +17,7 @@ from ..errors import AlgebraError, TooLargeError
 from ..rings.groebner import KEPT
 from ..rings.ideal import Ideal
 from ..rings.points import point
-from ..rings.polynomial import Polynomial, PolynomialRing
+from ..rings.polynomial import Polynomial, PolynomialRing, quotient
 from ..rings.symbolic import Expanded, generator, generators, term
 from .multivector import SymbolicMultivector, required
 
@@ -157,7 +157,8 @@ class _Bridge:
     @cached_property
     def identities(self) -> list[Polynomial]:
         """The identities among the generators: of sines and cosines, and of sums under a root or a fraction."""
-        found = []
+        found: list[Polynomial] = []
+        nested = []
         for g in self._generators:
             base, variable = generator(g), Polynomial(self.ring, {(self._variables[g],) * self._roots[g]: 1})
             partner = _PARTNERS.get(base.func)
@@ -170,7 +171,24 @@ class _Bridge:
                 pair = self.to(Expanded.of(base))
                 if pair is not None and not any(pair[1].values()):
                     found.append(variable - pair[0])
+                elif pair is not None:
+                    nested.append((variable, *pair))
+        for variable, numerator, lowest in nested:
+            found.append(self._without_denominators(variable, numerator, lowest, found))
         return found
+
+    def _without_denominators(
+        self, variable: Polynomial, numerator: Polynomial, lowest: Mapping[int, int], known: Sequence[Polynomial]
+    ) -> Polynomial:
+        """Return the identity of a sum that has sums in denominators, which do not vanish and are divided out."""
+        below = tuple(sorted(self._variables[g] for g, n in lowest.items() for _ in range(-n)))
+        whole = variable * Polynomial(self.ring, {below: 1}) - numerator
+        whole = Ideal(known, whole.degree).reduce(whole) if known else whole
+        for each in below:
+            rests = [(quotient(monomial, (each,)), value) for monomial, value in whole.terms.items()]
+            if all(rest is not None for rest, _ in rests):
+                whole = Polynomial(self.ring, {rest: value for rest, value in rests if rest is not None})
+        return whole
 
     def _known(self, element: Expanded) -> int | None:
         """Return the generator that equals `element` up to sign, or None."""
@@ -236,7 +254,10 @@ def _reduced(a: SymbolicMultivector, given: Sequence[Any]) -> SymbolicMultivecto
     for element in (*zero, *a.terms.values()):
         _add_roots(roots, element)
     bridge = _bridge(tuple(_first(given)), tuple(sorted(roots.items())))
-    polynomials = [pair[0] for pair in map(bridge.to, zero) if pair is not None] + bridge.identities
+    try:
+        polynomials = [pair[0] for pair in map(bridge.to, zero) if pair is not None] + bridge.identities
+    except TooLargeError:
+        return a
     if not polynomials:
         return a
     converted = {blade: bridge.to(value) for blade, value in a.terms.items()}
