@@ -18,9 +18,9 @@ from .generation.compiled import CompiledLoops
 from .ir.procedure import Apply, Loop, Place, Procedure, Repeat, Statement, Storage, Table, statements
 from .ir.program import Program
 from .passes.loop_accuracy import largest, results_ulps, without_rounding
-from .passes.loop_samples import Case, Rows, in_doubles
+from .passes.loop_samples import Case, Rows, consecutive, in_doubles
 from .passes.prove import truths
-from .passes.prove_loops import LENGTHS, procedure_difference
+from .passes.prove_loops import procedure_difference
 from .passes.truth import Truth
 from .program_text import difference_of_program, has_formulas, same_formulas, without_names
 
@@ -165,8 +165,8 @@ def error_of_loops(run: Any, record: CompiledLoops) -> float:
     """Return the largest error in ulp of a generated function on arrays of 1, 2 and 3 rows."""
     procedure, random = record.source.procedure, Random(6)
     errors = []
-    for n in LENGTHS:
-        case = Case.of(record.kernel, procedure, n, random)
+    for n in (1, 2, 3):
+        case = Case.of(record.kernel, procedure, consecutive(procedure.lengths, n), random)
         points, exact = _batch(case, procedure, random)
         for k, found in enumerate(_results(run, procedure, case, points)):
             errors.append(results_ulps(found, exact[k]))

@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from fractions import Fraction
+from functools import lru_cache
 from typing import Any
 from weakref import WeakValueDictionary
 
@@ -70,9 +72,11 @@ class Expression(Immutable, WithCoefficients):
         cls, operation: Operation, arguments: tuple[Expression, ...], data: Any, algebra: Algebra
     ) -> Expression:
         """Return the unique node with this content: equal expressions are the same object."""
-        content = data.key if isinstance(data, Input) else data
-        if isinstance(data, Multivector):
-            content = tuple(sorted(data.terms.items()))
+        content = data
+        if data is not None:
+            content = data.key if isinstance(data, Input) else data
+            if isinstance(data, Multivector):
+                content = tuple(sorted(data.terms.items()))
         key = (operation, tuple(map(id, arguments)), content, algebra)
         known = _NODES.get(key)
         if known is None:
@@ -241,6 +245,8 @@ def lift(value: Any) -> Expression:
     """Return `value` as an expression; numbers and multivectors become constants."""
     if isinstance(value, Expression):
         return value
+    if type(value) in _NUMBERS:
+        return _number(value)
     if isinstance(value, Multivector):
         return Expression(Operation.CONSTANT, (), value.map(as_exact), value.algebra)
     if isinstance(value, Array):
@@ -248,6 +254,15 @@ def lift(value: Any) -> Expression:
     (value,) = without_values("a constant in a kernel", (value,))
     if own_operations((value,)) is not None and not isinstance(value, float):
         return lift(_constant_of(value))
+    return _number.__wrapped__(value)
+
+
+_NUMBERS = frozenset({int, float, Fraction})
+
+
+@lru_cache(maxsize=1000, typed=True)
+def _number(value: Any) -> Expression:
+    """Return a number as an expression. Kernels of matrices use the same ones in many thousands of operations."""
     number = Graph().lift(value).value
     return Expression(Operation.CONSTANT, (), SCALARS.scalar(_int_if_whole(number)), SCALARS)
 
@@ -283,6 +298,8 @@ def node(operation: Operation, *arguments: Any) -> Expression:
     """
     lifted = tuple([each if isinstance(each, Expression) else lift(each) for each in arguments])
     algebra = SCALARS
+    if all([argument.algebra is SCALARS for argument in lifted]):
+        return Expression(operation, lifted, None, SCALARS)
     for argument in lifted:
         if argument.algebra is not SCALARS and argument.algebra != algebra and argument.algebra != SCALARS:
             if algebra != SCALARS:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from ..algebra.layout import Layout
+from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..errors import KernelError
 from ..ir.rows import Counter
 from .expression import Expression, lift
@@ -162,6 +162,11 @@ def carry_layouts(
     Relations are preserved: the product of unit motors is a unit motor, so a carry that starts as one remains one.
     """
     expressions = lifted(where, start, arrays=True)
+    if all((e.leaf.layout if isinstance(e, Rows) else e.algebra) in (SCALAR, SCALARS) for e in expressions):
+        # Bodies of nested loops are traced in every round of each outer loop. Scalars usually need one round.
+        scalars = (SCALAR,) * len(expressions)
+        if set(_result_layouts(recorder, where, body, start, rows, scalars)) <= {SCALAR, None}:
+            return scalars
     constant = [not isinstance(each, Rows) and is_constant(each) for each in expressions]
     layouts: list[Layout | None] = [
         None if fixed else layout for fixed, layout in zip(constant, recorder.layouts_of(expressions), strict=True)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from math import prod
 from typing import Any, Protocol
 
-from ..algebra.layout import Layout
+from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..algebra.operations import Operation
 from ..errors import KernelError
 from ..ir.procedure import Copy, Loop, Place, Storage, Table
@@ -262,6 +262,8 @@ class Recorder:
                 found[k] = expression.leaf.layout
             elif expression.operation is Operation.INPUT:
                 found[k] = self.source(expression).leaf.layout
+            elif expression.algebra is SCALARS:
+                found[k] = SCALAR
             elif is_constant(expression):
                 found[k] = self.inference.layout_of_constant(expression)
             else:

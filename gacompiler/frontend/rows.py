@@ -77,7 +77,7 @@ class Array:
             "a kernel with loops",
             "an array of rows in an expression",
             "a loop over its rows",
-            "use each(lambda row: ..., rows), or fold, scan or total",
+            "use each(lambda row: ..., rows), fold, scan or total, or pick(rows, number, otherwise) for one row",
         )
 
     __array_ufunc__ = None  # so that a numpy number as the left operand defers to the array

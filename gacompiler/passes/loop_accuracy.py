@@ -14,7 +14,7 @@ from ..ir.interpret import Tape
 from ..ir.procedure import Procedure
 from ..ir.run_procedure import is_dyadic, run_procedure
 from .accuracy import ERROR_POINTS, LONG, rounded_once, ulps
-from .loop_samples import Case, Rows, in_doubles
+from .loop_samples import Case, Rows, consecutive, in_doubles
 from .prove_loops import exact_results
 
 LENGTH = 3
@@ -31,7 +31,7 @@ def measured_loop_error(kernel: Kernel, procedure: Procedure) -> tuple[float, in
     inputs are used.
     """
     random = Random(5)
-    case = Case.of(kernel, procedure, LENGTH, random)
+    case = Case.of(kernel, procedure, consecutive(procedure.lengths, LENGTH), random)
     n_lines = LENGTH * sum(len(program.lines) for program in procedure.programs)
     n = max(LEAST_POINTS, min(ERROR_POINTS, ERROR_POINTS * LONG // max(1, n_lines)))
     errors = []

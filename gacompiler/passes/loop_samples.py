@@ -42,9 +42,8 @@ class Case:
     flat: Kernel
 
     @classmethod
-    def of(cls, kernel: Kernel, procedure: Procedure, n: int, random: Random) -> Case:
-        """Create a case with consecutive lengths from `n` and valid random index tables."""
-        lengths = {name: n + k for k, name in enumerate(procedure.lengths)}
+    def of(cls, kernel: Kernel, procedure: Procedure, lengths: Mapping[str, int], random: Random) -> Case:
+        """Create a case with valid random index tables."""
         indices = index_tables(procedure, lengths, random)
         return cls(kernel, lengths, indices, unrolled(kernel, lengths, indices))
 
@@ -91,6 +90,22 @@ class Case:
     def near_one(self, random: Random) -> dict[str, Rows]:
         """Return the rows of ordinary random elements, as exact numbers."""
         return self.arguments(sample(self.flat, random, near_one=True))
+
+
+def consecutive(names: Sequence[str], n: int) -> dict[str, int]:
+    """Return consecutive lengths from `n`."""
+    return {name: n + k for k, name in enumerate(names)}
+
+
+def few_rows(names: Sequence[str]) -> list[dict[str, int]]:
+    """Return small lengths for three comparisons.
+
+    Each length takes three values in an order of its own. Any two lengths differ in at least two comparisons, so that
+    one of them cannot stand for the other. The first six take 1, 2 and 3, and each further six are 3 larger.
+    """
+    orders = [(n, n % 3 + 1, (n + 1) % 3 + 1) for n in (1, 2, 3)]
+    orders += [order[::-1] for order in orders]
+    return [{name: orders[k % 6][case] + 3 * (k // 6) for k, name in enumerate(names)} for case in range(3)]
 
 
 def index_tables(procedure: Procedure, lengths: Mapping[str, int], random: Random) -> dict[str, tuple[Any, ...]]:

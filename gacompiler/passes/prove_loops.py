@@ -21,13 +21,11 @@ from ..ir.procedure import Loop, Procedure, Repeat, Statement, Storage
 from ..ir.run_procedure import run_procedure
 from ..rings.decimals import digits, from_decimal, to_decimal
 from ..rings.residues import Residue
-from .loop_samples import Case
+from .loop_samples import Case, few_rows
 from .prove import same
 from .samples import WORKING_DIGITS
 from .undefined import reason
 
-LENGTHS = (1, 2, 3)
-"""Values of the first length for which results are compared. Each further length of a kernel is one larger."""
 POINTS = 2
 STEPS = 3
 """Maximum number of compared steps of an iteration. All steps are alike, and exact numbers grow in each."""
@@ -35,7 +33,7 @@ STEPS = 3
 Results = Sequence[tuple[str, Record]]
 
 
-def prove_procedure(kernel: Kernel, results: Results, procedure: Procedure, lengths: Sequence[int] = LENGTHS) -> None:
+def prove_procedure(kernel: Kernel, results: Results, procedure: Procedure) -> None:
     """Compare a procedure with the unrolled function of its kernel, for several lengths.
 
     Raises
@@ -43,16 +41,14 @@ def prove_procedure(kernel: Kernel, results: Results, procedure: Procedure, leng
     ProofError
         When they differ, which is a defect of the compiler, or when the function is undefined at random points.
     """
-    difference = procedure_difference(kernel, results, procedure, lengths)
+    difference = procedure_difference(kernel, results, procedure)
     if difference:
         raise ProofError(
             f"kernel {kernel.name}", difference, remedy="this is a defect of the compiler, please report it"
         )
 
 
-def procedure_difference(
-    kernel: Kernel, results: Results, procedure: Procedure, lengths: Sequence[int] = LENGTHS
-) -> str:
+def procedure_difference(kernel: Kernel, results: Results, procedure: Procedure) -> str:
     """Return a description of how a procedure differs from the function of its kernel, or an empty string.
 
     Parameters
@@ -61,7 +57,6 @@ def procedure_difference(
     results : sequence of (str, Record)
         The tables of results, as in `frontend.loop_trace.LoopTrace`.
     procedure : Procedure
-    lengths : sequence of int
 
     Raises
     ------
@@ -70,8 +65,8 @@ def procedure_difference(
     """
     random = Random(5)
     limited = replace(procedure, body=_limited(procedure.body))
-    for n in lengths if procedure.lengths else lengths[:1]:
-        case = Case.of(kernel, procedure, n, random)
+    for lengths in few_rows(procedure.lengths) if procedure.lengths else [{}]:
+        case = Case.of(kernel, procedure, lengths, random)
         difference = _difference(case, results, limited, random)
         if difference:
             return f"for lengths {dict(case.lengths)}: {difference}"

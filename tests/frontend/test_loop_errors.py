@@ -96,7 +96,7 @@ STRUCTURES: Mapping[str, tuple[str, Callable[..., Any]]] = {
     "nested results": ("is a nested tuple", lambda x: ((1, 2), 3)),
     "mixed algebras": ("arguments of CGA3 and PGA3", lambda x: fold(
         lambda s, a: s * CGA3.multivector({"e1": 1}) + s * a * PGA3.multivector({"e1": 1}), 1, x)),
-    "a zero divisor": ("division", lambda x: fold(lambda s, a: s / (a - a), 1, x)),
+    "a zero divisor": ("divides by an expression", lambda x: fold(lambda s, a: s / (a - a), 1, x)),
     "no value anywhere": ("undefined at", lambda x: each(lambda a: sqrt(-1 - a * a), x)),
 }  # fmt: skip
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 from functools import partial
+from itertools import combinations
 from random import Random
 from typing import Any, NamedTuple
 
@@ -19,7 +20,8 @@ from gacompiler.frontend.searches import least, pick
 from gacompiler.ir.procedure_cost import costs_text
 from gacompiler.ir.procedure_text import procedure_text
 from gacompiler.ir.run_procedure import run_procedure
-from gacompiler.passes.loop_samples import index_tables
+from gacompiler.passes.inference import traced_loops
+from gacompiler.passes.loop_samples import few_rows, index_tables
 from gacompiler.passes.loops import LoopCompilation, compile_loops
 from tests.support.all_cases import all_cases
 
@@ -408,6 +410,34 @@ def test_index_tables_of_proofs_are_valid() -> None:
         found = index_tables(procedure, {"n": 4}, Random(seed))
         assert all(-1 <= k < row for row, k in enumerate(found["w"]))
         assert all(0 <= k < 4 for k in found["v"]) and all(-1 <= k < 4 for k in found["u"])
+
+
+def test_proofs_distinguish_all_lengths() -> None:
+    """An array of one length in place of another has a wrong number of rows in at least two of three comparisons."""
+    cases = few_rows("abcdefghij")
+    for a, b in combinations("abcdefghij", 2):
+        assert sum(lengths[a] != lengths[b] for lengths in cases) >= 2
+    assert all({lengths[name] for lengths in cases} == {1, 2, 3} for name in "abcdef")
+
+
+def test_bodies_of_nested_sums_are_traced_twice_for_each_loop() -> None:
+    """Once for the layout of the carry, and once for the text."""
+    calls = []
+
+    def added(sum: Any, x: Any) -> Any:
+        calls.append(x)
+        return sum + x
+
+    def summed(depth: int, sum: Any, rows: Any) -> Any:
+        body = added if depth == 1 else partial(summed, depth - 1)
+        return fold(body, sum, rows)
+
+    @kernel(x=array(SCALAR, "a", "b", "c", "d"))
+    def sum_of_all(x: Any) -> Any:
+        return summed(4, 0, x)
+
+    traced_loops(sum_of_all)
+    assert len(calls) == 2**4
 
 
 def test_signs_of_outer_values_are_kept_in_the_body() -> None:
