@@ -225,7 +225,8 @@ def _result(a: Outline, b: Outline, found: Aligned, loose: Reals, motors: Reals,
     others = rivals[~are_near(found.motors, rivals, *_APART)] if len(rivals) else rivals
     weight, squares = float(found.sums[0]), float(found.sums[1])
     residual = float(np.sqrt(squares / max(weight, 1e-9)))
-    variance = max(residual**2, NOISE**2)
+    # Distances are between readings of both scans, and each pair of readings counts in both directions.
+    variance = 2 * max(residual**2, 2 * NOISE**2)
     covariance, degenerate = covariance_of(found.information, variance)
     turn = _loose_turn(a, b, found.motors)
     degenerate = np.concatenate([degenerate if len(degenerate) else loose, turn])
