@@ -117,6 +117,12 @@ def match_scans(a: Scan, b: Scan, guess: ArrayLike | None = None) -> Match:
     Match
         Its status is OK if the motion is determined by enough readings on walls of both scans, and no other motion is
         almost as good. It does not prove that both scans show the same place: rooms look alike.
+
+    Notes
+    -----
+    A step between beams that is stated wrong makes each turn wrong by the same share, and scans that only turn agree
+    as well as with the right one: no test of two scans shows it. A tilted scanner that sees a flat floor measures
+    walls, too.
     """
     if min(len(a.beams), len(b.beams)) < FEWEST:
         return _nothing(MappingStatus.TOO_FEW_READINGS)
@@ -134,7 +140,7 @@ def match_scans(a: Scan, b: Scan, guess: ArrayLike | None = None) -> Match:
     order = np.argsort(_size(motors) - scores)
     best, loose = _best_along(one, two, Aligned(*(x[order[0]] for x in coarse)))
     found = aligned(one, two, best, _FINE)
-    return _result(one, two, found, loose, motors[order], scores[order])
+    return _result(one, two, found, loose, motors[order], scores[order], guess is None)
 
 
 def _best_along(a: Outline, b: Outline, found: Aligned) -> tuple[Reals, Reals]:
@@ -234,7 +240,9 @@ def _chain(points: Reals) -> Reals:
     return np.column_stack([(points[1:] + points[:-1]) / 2, normals, lengths / 2])
 
 
-def _result(a: Outline, b: Outline, found: Aligned, loose: Reals, motors: Reals, scores: Reals) -> Match:
+def _result(
+    a: Outline, b: Outline, found: Aligned, loose: Reals, motors: Reals, scores: Reals, has_rivals: bool
+) -> Match:
     score = float(agreement(a, b, found.motors[None], EXPLAINED)[0])
     if not np.isfinite(found.motors).all():
         return _nothing(MappingStatus.NOT_MATCHED)
@@ -260,7 +268,7 @@ def _result(a: Outline, b: Outline, found: Aligned, loose: Reals, motors: Reals,
         status = MappingStatus.DEGENERATE
     elif residual > _LARGEST_RESIDUAL or held.readings < _LEAST_SUPPORT or held.is_outvoted:
         status = MappingStatus.WEAK
-    else:
+    elif has_rivals:
         others = _as_likely(a, b, found, held, motors[1:][scores[1:] > LEAST_SCORE])
         status = MappingStatus.AMBIGUOUS if len(others) else status
     return Match(found.motors, covariance, status, score, residual, degenerate, others)
