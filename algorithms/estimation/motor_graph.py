@@ -1,4 +1,4 @@
-"""Graphs of motors: what was measured of poses, velocities and biases."""
+"""Graphs of motors: what was measured of poses, velocities and biases. One class in one file."""
 
 from __future__ import annotations
 
