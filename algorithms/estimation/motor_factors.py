@@ -59,13 +59,14 @@ class Kind:
     variables: tuple[tuple[str, int], ...]
     """The variables of a factor: the kind, and which of its states has it."""
     n_numbers: int
-    """The number of residuals."""
+    """The number of residuals after `Factors.roots`, of which those of flat motions choose three."""
     equations: Callable[..., tuple[Reals, ...]]
     """Function from the variables and the data to residuals and their derivatives by each variable."""
 
 
 PRIOR = Kind("prior", ((POSE, 0),), 6, kernels.difference_of_motors)
 MOTION = Kind("motion", ((POSE, 0), (POSE, 1)), 6, kernels.relative_motion)
+FLAT_MOTION = Kind("flat motion", ((POSE, 0), (POSE, 1)), 3, kernels.relative_motion)
 LINES = Kind("lines", ((POSE, 0),), 4, kernels.seen_line)
 PLANES = Kind("planes", ((POSE, 0),), 3, kernels.seen_plane)
 POINTS = Kind("points", ((POSE, 0),), 3, kernels.seen_point)
@@ -86,7 +87,7 @@ class Factors:
     data: tuple[Reals, ...]
     """What was measured, one row for each factor."""
     roots: Reals
-    """(m, r, r) or (r, r) Matrices that make the covariance of residuals that of independent unit numbers."""
+    """(m, k, r) or (k, r) Matrices that make the covariance of residuals that of k independent unit numbers."""
     robust: Reals
     """(m,) bool. Factors with a bounded influence."""
 

@@ -1,13 +1,15 @@
-"""Graphs of motors: what was measured of poses, velocities and biases."""
+"""Graphs of motors: what was measured of poses, velocities and biases. One class in one file."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from generated import pga3
+from generated import pga2, pga3
 
 from ..arguments import Reals, as_given, finite, real_array
 from ..elements import LINE, MOTOR, PLANE, POINT, Layouts, plain
@@ -15,6 +17,7 @@ from ..precision import SINGLE
 from .inertial import InertialSum
 from .motor_factors import (
     BIASES,
+    FLAT_MOTION,
     INERTIAL,
     LINES,
     MOTION,
@@ -118,6 +121,57 @@ class MotorGraph:
             As for all methods, see the class.
         """
         self._append(_made(MOTION, (first, second), [(checked_motors(motions, "motions"), 1)], covariance, robust))
+
+    def add_flat_motions(
+        self,
+        first: ArrayLike,
+        second: ArrayLike,
+        motions: ArrayLike,
+        covariance: ArrayLike,
+        *,
+        mount: ArrayLike | None = None,
+        robust: ArrayLike = False,
+    ) -> None:
+        """Add motions measured in the x-y plane of a sensor, such as by wheels or by matched scans.
+
+        They say nothing of height and tilt: of a robot on a floor, planes that are seen determine these.
+
+        Parameters
+        ----------
+        first, second : array_like, (m,) of int
+        motions : array_like, (m, 4)
+            Unit motors of `generated.pga2`: the second pose of the sensor in the frame of its first one.
+        covariance : array_like, (3,), (3, 3) or (m, 3, 3)
+            Of the angle, x and y of perturbations of the motions in the frame of the second pose of the sensor.
+        mount : array_like, (8,), optional
+            Motor from the frame of the sensor to those of poses, by default the identity.
+        robust : array_like, (m,) of bool, optional
+
+        Raises
+        ------
+        TypeError, ValueError
+            As for all methods, see the class.
+
+        See Also
+        --------
+        algorithms.mapping.add_scans
+        """
+        flat = _of_unit(
+            finite(real_array(motions, "motions", (4,), "a motor"), "motions"), "motions", pga2.normalize_motor
+        )
+        angle, shift = (np.asarray(each) for each in pga2.motor_to_angle_translation(flat))
+        turned, moved = np.zeros((*angle.shape, 3)), np.zeros((*angle.shape, 3))
+        turned[..., 2], moved[..., :2] = angle, shift
+        base = checked_motors(np.eye(8)[0] if mount is None else mount, "mount")
+        if base.ndim != 1:
+            raise ValueError(f"mount: shape {base.shape}; expected (8,), one motor")
+        there = pga3.motor_product(base, pga3.motor_from_rotation_vector_translation(turned, moved))
+        made = _made(
+            FLAT_MOTION, (first, second), [(np.asarray(pga3.motor_product(there, pga3.motor_inverse(base))), 1)],
+            covariance, robust,
+        )  # fmt: skip
+        # Logarithms of misfits in the frame of the pose are moved to that of the sensor.
+        self._append(replace(made, roots=made.roots @ _twists_moved(np.asarray(pga3.motor_inverse(base)))[2:5]))
 
     def add_points(
         self, states: ArrayLike, model: ArrayLike, seen: ArrayLike, covariance: ArrayLike, *, robust: ArrayLike = False
@@ -348,11 +402,24 @@ def checked_motors(value: ArrayLike, name: str) -> Reals:
     TypeError, ValueError
         If they have another shape or type, are not finite, or not unit motors.
     """
-    motors = _rows(plain(value, name, MOTOR), name, 8)
+    return _of_unit(_rows(plain(value, name, MOTOR), name, 8), name, pga3.normalize_motor)
+
+
+def _of_unit(motors: Reals, name: str, normalize: Callable[[Reals], Any]) -> Reals:
     size = np.abs(motors).max(-1, initial=1.0, keepdims=True)
-    if not (np.abs(pga3.normalize_motor(motors) - motors) <= SINGLE * size).all():
-        raise ValueError(f"{name}: not unit motors; expected these, see pga3.normalize_motor")
+    if not (np.abs(normalize(motors) - motors) <= SINGLE * size).all():
+        raise ValueError(f"{name}: not unit motors; expected these, see normalize_motor")
     return motors
+
+
+def _twists_moved(motor: Reals) -> Reals:
+    """Return the matrix (6, 6) that moves twists, rotation and translation, by a motor."""
+    rows = np.asarray(pga3.motor_to_matrix(motor))
+    turn, shift = rows[:3, :3], rows[:3, 3]
+    found = np.zeros((6, 6))
+    found[:3, :3] = found[3:, 3:] = turn
+    found[3:, :3] = np.cross(shift, turn.T).T
+    return found
 
 
 def _numbers(value: ArrayLike) -> Reals:

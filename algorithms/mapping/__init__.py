@@ -33,6 +33,7 @@ from .pose_graph import GraphStatus, OptimisedPoses, optimise_poses
 from .relocation import Hypothesis, Relocation, relocate
 from .relocator import Relocator
 from .scan import Scan
+from .scan_factors import add_scans
 from .scan_simulation import Odometry, Scanner, SimulatedLog, SimulatedScan, simulate_log, simulate_scan
 from .segments import Segments, segments
 from .solids import SolidFit, fit_solid
@@ -102,6 +103,7 @@ __all__ = [
     "SpaceGraphFile",
     "Trajectory",
     "View",
+    "add_scans",
     "build_map",
     "fit_box",
     "fit_circle",

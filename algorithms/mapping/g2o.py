@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import gzip
 import io
 import zipfile
@@ -15,6 +16,7 @@ from typing import IO
 import numpy as np
 
 from ..arguments import Reals
+from ..precision import NEGLIGIBLE
 from .carmen import FARTHEST, Problem, Reading, read_robotlaser
 
 _NAMED = 3
@@ -56,12 +58,13 @@ def read_g2o(path: str | Path, max_range: float = FARTHEST) -> PoseGraphFile:
     Raises
     ------
     OSError, ValueError
-        If the file cannot be read, has no line of these kinds, such as a graph of poses in space, or if an archive has
-        no file whose name ends in ``.g2o``.
+        If the file cannot be read, has no valid line of these kinds, such as a graph of poses in space, or if an
+        archive is damaged or has no file whose name ends in ``.g2o``.
 
     Notes
     -----
-    An edge whose vertices are missing is a problem, not an error. Of repeated vertices the first is used.
+    An edge whose vertices are missing, or whose information has a negative eigenvalue, is a problem, not an error. Of
+    repeated vertices the first is used.
     """
     index: dict[int, int] = {}
     poses: list[list[float]] = []
@@ -87,20 +90,29 @@ def read_g2o(path: str | Path, max_range: float = FARTHEST) -> PoseGraphFile:
                     readings.append(reading._replace(odometry=np.array(poses[-1])) if poses else reading)
             except (ValueError, IndexError) as error:
                 problems.append(Problem(number, f"{words[0]}: {error}; the line was left out"))
-    if not (poses or edges or readings or problems):
+    if problems and not (poses or edges or readings):
+        raise ValueError(
+            f"{path}, line {problems[0].line}: {problems[0].reason}; expected a graph of poses in the plane"
+        )
+    if not (poses or edges or readings):
         raise ValueError(
             f"{path}: {'lines ' + ', '.join([repr(kind)[1:-1] for kind in kinds][:_NAMED]) if kinds else 'no line'}; "
             "expected VERTEX_SE2, EDGE_SE2 or ROBOTLASER1, a graph of poses in the plane"
         )
-    known = []
-    for number, a, b, values in edges:
-        if a in index and b in index:
-            known.append((index[a], index[b], values))
-        else:
-            problems.append(Problem(number, f"EDGE_SE2: no vertex {a if a not in index else b}; the line was left out"))
-    table = np.array([row for _, _, row in known]).reshape(-1, 9)
-    pairs = np.array([row[:2] for row in known], np.int64).reshape(-1, 2)
+    table = np.array([values for *_, values in edges]).reshape(-1, 9)
     matrix = table[:, [3, 4, 5, 4, 6, 7, 5, 7, 8]].reshape(-1, 3, 3)
+    values = np.linalg.eigvalsh(matrix)
+    definite = values[:, 0] >= -NEGLIGIBLE * np.abs(values).max(1, initial=0)
+    known = []
+    for k, (number, a, b, _) in enumerate(edges):
+        if a in index and b in index and definite[k]:
+            known.append((k, index[a], index[b]))
+            continue
+        missing = f"no vertex {a if a not in index else b}" if a not in index or b not in index else ""
+        reason = missing or "an information matrix with a negative eigenvalue"
+        problems.append(Problem(number, f"EDGE_SE2: {reason}; the line was left out"))
+    rows = np.array(known, np.int64).reshape(-1, 3)
+    pairs, table, matrix = rows[:, 1:], table[rows[:, 0]], matrix[rows[:, 0]]
     return PoseGraphFile(
         np.array(poses).reshape(-1, 3), pairs, table[:, :3], matrix, tuple(readings), tuple(sorted(problems))
     )
@@ -120,7 +132,7 @@ def _decoded(file: IO[bytes], problems: list[Problem]) -> Iterator[str]:
     try:
         for line in file:
             number += 1
-            yield line.decode("ascii", "replace")
+            yield (line.removeprefix(codecs.BOM_UTF8) if number == 1 else line).decode("ascii", "replace")
     except (EOFError, OSError, zipfile.BadZipFile, zlib.error) as error:
         problems.append(Problem(number + 1, f"{error}; the file ends here"))
 
@@ -134,7 +146,11 @@ def _opened(path: Path) -> Iterator[IO[bytes]]:
             with gzip.GzipFile(fileobj=raw) as file:
                 yield io.BufferedReader(file)
         elif start == b"PK":
-            with zipfile.ZipFile(raw) as archive:
+            try:
+                archive = zipfile.ZipFile(raw)
+            except zipfile.BadZipFile as error:
+                raise ValueError(f"{path}: {error}; expected a graph of poses in the plane") from None
+            with archive:
                 # Archives made on macOS have copies of attributes beside each file.
                 names = [name for name in archive.namelist() if name.endswith(".g2o") and "__MACOSX" not in name]
                 if not names:

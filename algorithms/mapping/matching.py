@@ -18,17 +18,19 @@ from .motions import are_near, unit_motor
 from .outlines import Outline, outline_of
 from .scan import Scan
 from .status import MappingStatus
-from .support import support
+from .support import Support, support
 from .votes import motion_votes, rotation_votes
 
 FEWEST = 10
 """Valid readings that a scan needs."""
 _COARSE, _FINE = [0.4, 0.25, 0.15], [0.15, 0.1, 0.07, 0.07]
 """Scales of residuals in metres: of the alignment of all hypotheses, and of the best one."""
-_HYPOTHESES = 6
+_HYPOTHESES = 12
 """A limit on work: motions by votes that are aligned."""
 _SLIDES = np.arange(-12, 13) * 0.1
 """Metres by which the best hypothesis is moved along its least certain direction."""
+_FARTHER = np.arange(-60, 61) * 0.1
+"""A limit on work: metres up to which rivals are looked for along it."""
 _SLIDE_SCALE, _SLIDE_POINTS, _SLID = 0.1, 45, 0.03
 """Scale in metres, points of a scan, and loss for a metre, with which these are compared."""
 _TURNED_BY, _LEAST_RADIUS = np.array([0.0, -1.2, -0.9, -0.6, -0.3, 0.3, 0.6, 0.9, 1.2]), 1.2
@@ -115,6 +117,12 @@ def match_scans(a: Scan, b: Scan, guess: ArrayLike | None = None) -> Match:
     Match
         Its status is OK if the motion is determined by enough readings on walls of both scans, and no other motion is
         almost as good. It does not prove that both scans show the same place: rooms look alike.
+
+    Notes
+    -----
+    A step between beams that is stated wrong makes each turn wrong by the same share, and scans that only turn agree
+    as well as with the right one: no test of two scans shows it. A tilted scanner that sees a flat floor measures
+    walls, too.
     """
     if min(len(a.beams), len(b.beams)) < FEWEST:
         return _nothing(MappingStatus.TOO_FEW_READINGS)
@@ -132,7 +140,7 @@ def match_scans(a: Scan, b: Scan, guess: ArrayLike | None = None) -> Match:
     order = np.argsort(_size(motors) - scores)
     best, loose = _best_along(one, two, Aligned(*(x[order[0]] for x in coarse)))
     found = aligned(one, two, best, _FINE)
-    return _result(one, two, found, loose, motors[order], scores[order])
+    return _result(one, two, found, loose, motors[order], scores[order], guess is None)
 
 
 def _best_along(a: Outline, b: Outline, found: Aligned) -> tuple[Reals, Reals]:
@@ -140,16 +148,33 @@ def _best_along(a: Outline, b: Outline, found: Aligned) -> tuple[Reals, Reals]:
 
     The second result is that direction (1, 3) if others score as much, as in a corridor, or has no rows.
     """
-    xx, xy, _, yy, _, _ = found.information
-    direction = np.linalg.eigh(np.array([[xx, xy], [xy, yy]]))[1][:, 0]
-    slides = pga2.motor_from_angle_translation(0.0, _SLIDES[:, None] * direction)
-    motors = pga2.motor_product(slides, found.motors)
+    direction = _least_certain(found.information)
+    motors = _slid(found.motors, direction, _SLIDES)
     scores = agreement(a, b, motors, _SLIDE_SCALE, _SLIDE_POINTS)
     scores = scores - _SLID * np.abs(_SLIDES)
     best = int(np.argmax(scores))
     away = np.abs(_SLIDES - _SLIDES[best]) > _SLIDES_APART
     flat = scores[away].max() > scores[best] - _FLAT
     return motors[best], np.array([[*direction, 0.0]])[: int(flat)]
+
+
+def _least_certain(information: Reals) -> Reals:
+    """Return the unit direction (2,) of translations of least information."""
+    xx, xy, _, yy, _, _ = information
+    return np.asarray(np.linalg.eigh(np.array([[xx, xy], [xy, yy]]))[1][:, 0])
+
+
+def _slid(motor: Reals, direction: Reals, lengths: Reals) -> Reals:
+    """Return a motor, moved by lengths along a direction."""
+    return np.asarray(pga2.motor_product(pga2.motor_from_angle_translation(0.0, lengths[:, None] * direction), motor))
+
+
+def _farther_along(a: Outline, b: Outline, found: Aligned) -> Reals:
+    """Return motors (k, 4) farther along the least certain direction where scans agree better than beside them."""
+    motors = _slid(found.motors, _least_certain(found.information), _FARTHER)
+    scores = agreement(a, b, motors, _SLIDE_SCALE, _SLIDE_POINTS, coarse=True)
+    is_peak = (scores[1:-1] > scores[:-2]) & (scores[1:-1] >= scores[2:]) & (scores[1:-1] > LEAST_SCORE)
+    return np.asarray(motors[1:-1][is_peak])
 
 
 def _loose_turn(a: Outline, b: Outline, motor: Reals) -> Reals:
@@ -215,7 +240,9 @@ def _chain(points: Reals) -> Reals:
     return np.column_stack([(points[1:] + points[:-1]) / 2, normals, lengths / 2])
 
 
-def _result(a: Outline, b: Outline, found: Aligned, loose: Reals, motors: Reals, scores: Reals) -> Match:
+def _result(
+    a: Outline, b: Outline, found: Aligned, loose: Reals, motors: Reals, scores: Reals, has_rivals: bool
+) -> Match:
     score = float(agreement(a, b, found.motors[None], EXPLAINED)[0])
     if not np.isfinite(found.motors).all():
         return _nothing(MappingStatus.NOT_MATCHED)
@@ -225,7 +252,8 @@ def _result(a: Outline, b: Outline, found: Aligned, loose: Reals, motors: Reals,
     others = rivals[~are_near(found.motors, rivals, *_APART)] if len(rivals) else rivals
     weight, squares = float(found.sums[0]), float(found.sums[1])
     residual = float(np.sqrt(squares / max(weight, 1e-9)))
-    variance = max(residual**2, NOISE**2)
+    # Distances are between readings of both scans, and each pair of readings counts in both directions.
+    variance = 2 * max(residual**2, 2 * NOISE**2)
     covariance, degenerate = covariance_of(found.information, variance)
     turn = _loose_turn(a, b, found.motors)
     degenerate = np.concatenate([degenerate if len(degenerate) else loose, turn])
@@ -240,7 +268,37 @@ def _result(a: Outline, b: Outline, found: Aligned, loose: Reals, motors: Reals,
         status = MappingStatus.DEGENERATE
     elif residual > _LARGEST_RESIDUAL or held.readings < _LEAST_SUPPORT or held.is_outvoted:
         status = MappingStatus.WEAK
+    elif has_rivals:
+        others = _as_likely(a, b, found, held, motors[1:][scores[1:] > LEAST_SCORE])
+        status = MappingStatus.AMBIGUOUS if len(others) else status
     return Match(found.motors, covariance, status, score, residual, degenerate, others)
+
+
+def _as_likely(a: Outline, b: Outline, found: Aligned, held: Support, motors: Reals) -> Reals:
+    """Return those of other motions that no more readings contradict, and whose distances noise explains as well.
+
+    They may show less overlap, as where doors repeat: readings of what the other scan cannot show are no evidence.
+    Motions farther along the least certain direction, which have too little overlap for votes, are tried, too.
+    """
+    apart = motors[~are_near(found.motors, motors, *_APART)] if len(motors) else motors
+    most = max(held.contradicting, 1.0)
+    # Pairs of readings count in both directions.
+    noise = Noise(float(found.sums[1] / found.sums[0]), float(found.sums[0] / 2))
+    likely = []
+    for start in (*apart, *_farther_along(a, b, found)):
+        if support(a, b, start, EXPLAINED).contradicting > most:
+            continue
+        motor, _, sums = aligned(a, b, start, _FINE)
+        if not np.isfinite(motor).all() or are_near(found.motors, motor, *_APART):
+            continue
+        theirs = support(a, b, motor, EXPLAINED)
+        if theirs.contradicting > most or theirs.readings < _LEAST_SUPPORT:
+            continue
+        if agreement(a, b, motor[None], EXPLAINED)[0] < LEAST_SCORE:
+            continue
+        if not noise.contradicted(sums[1] / 2, int(sums[0] / 2)):
+            likely.append(motor)
+    return np.array(likely).reshape(-1, 4)
 
 
 def _size(motors: Reals) -> Reals:

@@ -13,11 +13,13 @@ from scipy.stats import chi2
 
 from algorithms.arguments import Reals
 from algorithms.estimation import MotorGraph, SmoothingStatus, preintegrate, smooth_motors
-from generated import motor_graphs, pga3
+from generated import motor_graphs, pga2, pga3
 from tests.support.all_cases import all_cases
 
 ONE = np.eye(8)[0]
 DEVIATIONS = np.array([0.02] * 3 + [0.05] * 3)
+FLAT = np.array([[0.0025, 0.001, 0], [0.001, 0.0016, -0.0005], [0, -0.0005, 0.0036]])
+"""The covariance of an angle and a translation in the plane."""
 
 
 def turns_between(found: Reals, seen: Reals) -> Reals:
@@ -25,6 +27,11 @@ def turns_between(found: Reals, seen: Reals) -> Reals:
     across = np.cross(seen, found)
     sine = np.maximum(np.linalg.norm(across, axis=-1), 1e-12)
     return across * (np.arctan2(sine, (found * seen).sum(-1)) / sine)[:, None]
+
+
+def in_plane(turns: Reals) -> Reals:
+    """The matrices (n, 4, 4) of motions in the x-y plane from their logarithms, angles and translations (n, 3)."""
+    return np.asarray(matrix_exponential(np.pad(turns, ((0, 0), (2, 1)))))
 
 
 class World:
@@ -53,6 +60,13 @@ class World:
         self.seen_planes = np.asarray(pga3.move_plane(back, self.planes))
         self.lever = np.array([0.1, -0.2, 0.3])
         self.places = (matrices(self.truth) @ np.r_[self.lever, 1])[:, :3] + 0.1 * rng.normal(size=(n, 3))
+        self.mount = moved(ONE, np.array([0.4, -0.2, 0.5, 0.3, 0.2, -0.1]))
+        own = matrices(self.truth) @ matrices(self.mount)
+        step, self.flat = np.linalg.inv(own[:-1]) @ own[1:], np.tile(np.eye(4), (n - 1, 1, 1))
+        # The motions in the plane of the sensor whose misfits in this plane are 0, and then noise.
+        for _ in range(50):
+            self.flat = self.flat @ in_plane(matrix_logarithm(np.linalg.inv(self.flat) @ step)[:, 2:5])
+        self.flat = self.flat @ in_plane(rng.normal(size=(n - 1, 3)) @ np.linalg.cholesky(FLAT).T)
 
     def graph(self) -> MotorGraph:
         graph = MotorGraph()
@@ -62,6 +76,9 @@ class World:
         graph.add_lines(self.at, self.lines, 3 * self.seen_lines, [0.01**2, 0.01**2, 0.02**2, 0.02**2])
         graph.add_planes(self.at, self.planes, 2 * self.seen_planes, [0.01**2, 0.01**2, 0.02**2])
         graph.add_positions(np.arange(self.n), self.places, np.full(3, 0.1**2), lever=self.lever)
+        angles = np.arctan2(self.flat[:, 1, 0], self.flat[:, 0, 0])
+        flat = pga2.motor_from_angle_translation(angles, self.flat[:, :2, 3])
+        graph.add_flat_motions(np.arange(self.n - 1), np.arange(1, self.n), flat, FLAT, mount=self.mount)
         return graph
 
     def residuals(self, poses: Reals) -> Reals:
@@ -82,10 +99,13 @@ class World:
         height = self.planes[:, 3] - (normal * back[:, :3, 3]).sum(1)
         g = self.seen_planes[:, 3] * (normal * self.seen_planes[:, :3]).sum(1)
         places = (poses @ np.r_[self.lever, 1])[:, :3] - self.places
+        own = poses @ matrices(self.mount)
+        flat = matrix_logarithm(np.linalg.inv(self.flat) @ np.linalg.inv(own[:-1]) @ own[1:])[:, 2:5]
         return np.concatenate([
             prior.ravel(), motion.ravel(), points.ravel() / 0.05, turns_between(d, e).ravel() / 0.01,
             off.ravel() / 0.02,
             turns_between(normal, self.seen_planes[:, :3]).ravel() / 0.01, (height - g) / 0.02, places.ravel() / 0.1,
+            np.linalg.solve(np.linalg.cholesky(FLAT), flat.T).ravel(),
         ])  # fmt: skip
 
 
@@ -232,6 +252,9 @@ BAD: list[tuple[Callable[[MotorGraph], Any], type[Exception], str]] = [
     (lambda g: g.add_points(0, [np.nan, 0, 0], [0, 0, 0], np.ones(3)), ValueError, "finite"),
     (lambda g: g.add_planes(0, [0, 0, 0, 1.0], [1, 0, 0, 0], np.ones(3)), ValueError, "direction"),
     (lambda g: g.add_priors(0, ONE, np.ones(6), robust=2), TypeError, "bool"),
+    (lambda g: g.add_flat_motions(0, 1, np.ones(4), np.ones(3)), ValueError, "motions: not unit motors"),
+    (lambda g: g.add_flat_motions(0, 1, np.eye(4)[0], np.ones(6)), ValueError, "covariance: shape"),
+    (lambda g: g.add_flat_motions(0, 1, np.eye(4)[0], np.ones(3), mount=[ONE]), ValueError, "mount: shape"),
     (lambda g: g.add_inertial(0, 1, [], np.ones(6)), ValueError, "none"),
     (lambda g: g.add_inertial(0, 1, [3], np.ones(6)), TypeError, "int; expected InertialSum"),
     (lambda g: g.add_inertial(0, 1, 3, np.ones(6)), TypeError, "int; expected InertialSum"),

@@ -253,6 +253,37 @@ def test_files_of_other_kinds_are_one_error(tmp_path: Path, read: Read, text: st
     assert "file.txt" in str(found.value) and "\n" not in str(found.value)
 
 
+FLAT = "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\nEDGE_SE2 0 1 1 0 0 4 0 0 4 0 9\n"
+
+
+@pytest.mark.parametrize(
+    ("data", "error"),
+    [
+        (gzip.compress(FLAT.encode())[:-12], "ended before the end-of-stream marker"),
+        (b"PK\x03\x04" + FLAT.encode(), "not a zip file"),
+        (b"VERTEX_SE2 0 nan 0 0\n", "line 1: VERTEX_SE2: nan 0 0; expected finite"),
+    ],
+)
+def test_graphs_of_which_nothing_is_read_are_one_error(tmp_path: Path, data: bytes, error: str) -> None:
+    (tmp_path / "file.g2o").write_bytes(data)
+    with pytest.raises(ValueError, match=f"file.g2o.*{error}"):
+        read_g2o(tmp_path / "file.g2o")
+
+
+def test_first_lines_with_a_mark_and_impossible_information(tmp_path: Path) -> None:
+    path = tmp_path / "file.g2o"
+    path.write_bytes(b"\xef\xbb\xbf" + FLAT.encode())
+    whole = read_g2o(path)
+    assert len(whole.poses) == 2 and whole.edges.tolist() == [[0, 1]] and not whole.problems
+    # The determinant of x and y is negative; each diagonal is positive.
+    path.write_text(FLAT.replace("4 0 0 4 0 9", "4 5 0 4 0 9") + FLAT.splitlines()[-1] + "\n")
+    found = read_g2o(path)
+    assert found.information.tolist() == [[[4, 0, 0], [0, 4, 0], [0, 0, 9]]]
+    assert [(each.line, each.reason) for each in found.problems] == [
+        (3, "EDGE_SE2: an information matrix with a negative eigenvalue; the line was left out")
+    ]
+
+
 @pytest.mark.parametrize(
     "data", [b"P5\n3 2\n255\n12345", b"P5\n3 2\n255\n1234567", b"\x89PNG\r\n", b"P5\n3 2\n", b"P5" + 60 * b" "]
 )
@@ -281,10 +312,16 @@ def test_damaged_data_are_one_error(tmp_path: Path, read: Read) -> None:
 
 
 def test_damaged_graph_ends_at_the_damage(tmp_path: Path) -> None:
+    """Lines before the damage are read; if there are none, the file is an error."""
     path = tmp_path / "file.gz"
     for data in flipped(gzip.compress(PLANE.encode())):
         path.write_bytes(data)
-        assert "ends here" in read_g2o(path).problems[-1].reason
+        try:
+            found = read_g2o(path)
+        except ValueError as error:
+            assert "ends here" in str(error)
+        else:
+            assert len(found.poses) and "ends here" in found.problems[-1].reason
 
 
 def test_what_cannot_be_read_again_is_not_written(tmp_path: Path) -> None:

@@ -194,7 +194,7 @@ def test_graph_of_killian_court() -> None:
 
 def test_graph_in_a_zip_archive_with_other_numbers(tmp_path: Path) -> None:
     text = (
-        "VERTEX_SE2 10 1 2 0.5\nVERTEX_SE2 12 3 4 0.25\nVERTEX_SE2 10 9 9 9\nEDGE_SE2 10 12 1 0 0.1 1 2 3 4 5 6\n"
+        "VERTEX_SE2 10 1 2 0.5\nVERTEX_SE2 12 3 4 0.25\nVERTEX_SE2 10 9 9 9\nEDGE_SE2 10 12 1 0 0.1 9 1 2 8 3 7\n"
         "EDGE_SE2 12 99 1 0 0 1 0 0 1 0 1\nEDGE_SE2 12 10 1\nFIX 10\n"
     )
     path = tmp_path / "graph.zip"
@@ -203,7 +203,7 @@ def test_graph_in_a_zip_archive_with_other_numbers(tmp_path: Path) -> None:
         archive.writestr("folder/graph.g2o", text)
     graph = read_g2o(path)
     assert graph.poses.tolist() == [[1, 2, 0.5], [3, 4, 0.25]] and graph.edges.tolist() == [[0, 1]]
-    assert graph.information.tolist() == [[[1, 2, 3], [2, 4, 5], [3, 5, 6]]]
+    assert graph.information.tolist() == [[[9, 1, 2], [1, 8, 3], [2, 3, 7]]]
     assert [problem.line for problem in graph.problems] == [3, 5, 6]
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("other.txt", text)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from laser_scenes import box, motion, pair, room, scan_at
+from laser_scenes import box, motion, pair, ranges, room, scan_at
 
 from algorithms.arguments import Reals
 from algorithms.mapping import MappingStatus, Match, Scan, match_scans
@@ -127,6 +127,30 @@ def test_corridors_are_degenerate(rng: np.random.Generator) -> None:
     assert abs(angle + 0.2) < 0.02 and abs(s * shift[0] + c * shift[1] + 0.1) < 0.05
     direction = m.degenerate[0][:2] / np.linalg.norm(m.degenerate[0][:2])
     assert abs(direction @ [c, -s]) > 0.98
+
+
+def test_repeated_doors_are_ambiguous(rng: np.random.Generator) -> None:
+    """Doors of both sides repeat after 2.5 m, and no end is seen: a guess decides, and nothing else."""
+    steps = np.arange(-20, 20, 2.5)[:, None] + [0, 0, 0.9, 0.9]
+    side = np.stack([steps.ravel(), np.tile([1.2, 1.45, 1.45, 1.2], len(steps))], 1)
+    upper = np.hstack([side[:-1], side[1:]])
+    walls = np.concatenate([upper, upper * [1, -1, 1, -1]])
+    beams = np.linspace(-3.1, 3.1, 541)
+    statuses, guessed = [], []
+    for _ in range(10):
+        a = np.array([rng.uniform(-3, 3), rng.uniform(-0.4, 0.4), rng.uniform(-0.3, 0.3)])
+        b = a + rng.uniform([0.3, -0.1, -0.3], [2.2, 0.1, 0.3])
+        one, two = (
+            Scan(np.where(seen < 12, seen + 0.01 * rng.normal(size=541), np.inf), beams[0], beams[1] - beams[0], 30.0)
+            for seen in (ranges(walls, pose, beams) for pose in (a, b))
+        )
+        truth = motion(a, b)
+        statuses.append(match_scans(one, two).status)
+        with_guess = match_scans(one, two, pga2.motor_from_angle_translation(truth[2] + 0.02, truth[:2] + 0.05))
+        guessed.append(with_guess.status)
+        assert errors(with_guess, truth)[0] < 0.1
+    assert MappingStatus.OK not in statuses and statuses.count(MappingStatus.AMBIGUOUS) >= 5
+    assert guessed.count(MappingStatus.OK) >= 8
 
 
 def test_a_single_wall(rng: np.random.Generator) -> None:
