@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from generated import samples
 
 from ..arguments import Reals, finite_number
-from ..precision import NEGLIGIBLE, TINY
+from ..precision import TINY
 from .chance import Freedom, by_chance, surely_not_by_chance, tail_by_chance
 from .sampling import Seed, random_subsets
 
@@ -30,6 +30,9 @@ _STEPS = 50.0
 """and of those to a minimum."""
 _ROUNDS = 4
 """A limit on work: how often a minimum is left in search of a lower one."""
+_LOWER = 1e-6
+"""From a probability: a sum of squares that is lower by this part is a thirtieth of the deviation of a thousand items
+away."""
 N_WRONG = 5000
 """A limit on work: number of wrong pairs by which the distances of unrelated items are estimated."""
 _FACTORS = np.random.default_rng(0).normal(size=128)
@@ -185,7 +188,7 @@ def polished(problem: Problem, model: Reals, cost: float, threshold: float) -> t
         found = np.concatenate([problem.descend(each, threshold, _STEPS) for each in away])
         costs = _costs_of_few(problem, found, threshold)
         k = int(costs.argmin())
-        if costs[k] >= cost * (1 - NEGLIGIBLE):
+        if costs[k] >= cost * (1 - _LOWER):
             break
         model, cost = found[k], float(costs[k])
     return model, cost

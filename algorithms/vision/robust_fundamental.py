@@ -31,6 +31,9 @@ _SAMPLES = 200
 of the pairs."""
 _STEPS = 20.0
 """A limit on work: the number of steps with weights by distances."""
+_SHORT = 1e-6
+"""From a probability: a last step before the likeliest model is sought decreases the sum of squares by this part, which
+for a thousand pairs is a thirtieth of the deviation."""
 _SHALLOW = 4.0
 """Points of a plane with more than this multiple of the variance that F leaves are points in space."""
 
@@ -105,9 +108,7 @@ def _likeliest(problem: Problem, found: RobustEstimate, threshold: float) -> Rob
     Pixels of features are not equally exact, so that least squares would depend on the least exact ones.
     """
     good = problem.first.compress(found.inliers, axis=0), problem.second.compress(found.inliers, axis=0)
-    tail = tail_of(relative_poses.squared_distances(found.model, *good))
-    if not np.isfinite(tail):
-        return found
+    tail = min(tail_of(relative_poses.squared_distances(found.model, *good)), ALL)
     model, _ = robust_views.likeliest_fundamental(found.model, *good, ALL, tail, _STEPS)
     before, after = (
         np.log1p(relative_poses.squared_distances(each, *good) / tail).sum() for each in (found.model, model)
@@ -123,7 +124,8 @@ def _problem(first: Reals, second: Reals) -> Problem:
         return np.asarray(models[np.arange(3) < number[:, None]])
 
     def descend(models: Reals, threshold: float, at_most: float) -> Reals:
-        return np.asarray(robust_views.descend_fundamental(models, first, second, threshold * threshold, at_most)[0])
+        limit = threshold * threshold
+        return np.asarray(robust_views.descend_fundamental(models, first, second, limit, at_most, _SHORT)[0])
 
     return Problem(first, second, _FREEDOM, solve, _distances, _costs, descend)
 

@@ -398,11 +398,13 @@ class _RankTwo:
 
 
 @kernel(
-    matrix=THREE, first=OWN_PIXELS, second=OWN_PIXELS, limit=SCALAR, at_most=SCALAR,
+    matrix=THREE, first=OWN_PIXELS, second=OWN_PIXELS, limit=SCALAR, at_most=SCALAR, settled=SCALAR,
     returns=(THREE, array(SCALAR, 3)),
 )  # fmt: skip
-def descend_fundamental(matrix, first, second, limit, at_most):
+def descend_fundamental(matrix, first, second, limit, at_most, settled):
     """Find the matrix of rank 2 near another with the least squares of Sampson distances, each at most `limit`.
+
+    The last step is expected to decrease the sum of squares by the part `settled` at most.
 
     Returns
     -------
@@ -414,7 +416,7 @@ def descend_fundamental(matrix, first, second, limit, at_most):
     near = _RankTwo(matrix, first, second)
     square = near.scale * near.scale
     bound = minimum(limit * square, ALL)
-    found = descend(near.start, 7, lambda state: near.equations(state, bound), near.moved, at_most, SMALL)
+    found = descend(near.start, 7, lambda state: near.equations(state, bound), near.moved, at_most, SMALL, settled)
     return _of_pixels(near.matrix(found.state), near.left, near.right), (found.cost / square, found.ended, found.steps)
 
 
