@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from generated import pga3, projective2
 
 from ..arguments import Reals, finite_number, real_array
-from ..precision import NEGLIGIBLE
+from ..precision import NEGLIGIBLE, ROUNDING
 from .camera import Camera
 from .status import DegenerateError, VisionStatus
 from .stereo import RectifiedPair
@@ -229,7 +229,7 @@ def _common_axes(first: Reals, second: Reals) -> Reals:
     """Return the axes of the rectified cameras, as rows, in the world frame."""
     line = second[:3, 3] - first[:3, 3]
     length = np.linalg.norm(line)
-    if not length > NEGLIGIBLE * np.abs([first[:3, 3], second[:3, 3]]).max():
+    if not length > ROUNDING * np.abs([first[:3, 3], second[:3, 3]]).max():
         raise DegenerateError("rectify: equal centres; expected two places", VisionStatus.DEGENERATE)
     x = line / length
     mean = first[:3, :3] + second[:3, :3]
