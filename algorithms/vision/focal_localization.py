@@ -30,7 +30,7 @@ from .pose_refinement import EXPLAINED, camera_motors, motions_between
 from .pose_starts import reversed_pose
 from .robust import ALL, robust_estimate
 from .starts import BEST, REAL, SETS, real_roots
-from .status import VisionStatus, check_points, distinct
+from .status import VisionStatus, check_points, distinct, one_set
 
 _STEPS = 100.0
 """A limit on work: the number of iterations from each start."""
@@ -87,7 +87,7 @@ def localize_unknown_focal(
     ----------
     points : array_like, (n, 3)
         World coordinates of at least five points, in space or on a plane.
-    pixels : array_like, (n, 2)
+    pixels : array_like, (n, 2) or (n, 1, 2)
     centre : array_like, (2,)
         The principal point, in pixels: usually the middle of the image.
     threshold : float, optional
@@ -113,8 +113,8 @@ def localize_unknown_focal(
         If the numbers of points and pixels differ, if `centre` is not a finite point, or if an option is invalid, as in
         `localize`.
     """
-    places = real_array(points, "points", (3,), "x y z").astype(np.float64)
-    image = real_array(pixels, "pixels", (2,), "x y in pixels").astype(np.float64)
+    places = one_set(real_array(points, "points", (3,), "x y z")).astype(np.float64)
+    image = one_set(real_array(pixels, "pixels", (2,), "x y in pixels")).astype(np.float64)
     middle = checked_centre(centre)
     if threshold is not None:
         check_sampling(threshold, confidence, max_samples)

@@ -30,7 +30,7 @@ from .relative_motions import Scene
 from .relative_pose import CONFIDENCE, MAX_SAMPLES, estimate_motion, lost_by_chance, share_of_wrong_pairs
 from .robust import ALL, consensus_status
 from .starts import BEST, SETS
-from .status import VisionStatus, check_points, distinct
+from .status import VisionStatus, check_points, distinct, one_set
 
 _STEPS = 60.0
 """A limit on work: the number of iterations from each start,"""
@@ -98,7 +98,7 @@ def relative_pose_unknown_focal(
 
     Parameters
     ----------
-    first, second : array_like, (n, 2)
+    first, second : array_like, (n, 2) or (n, 1, 2)
         Pixels of the same points in both images, n at least 6.
     centre : array_like, (2,)
         The principal point, in pixels: usually the middle of the image.
@@ -118,7 +118,7 @@ def relative_pose_unknown_focal(
         If the numbers of points differ, if `centre` is not a finite point, or if `threshold` is not positive.
     """
     one, two = (
-        real_array(value, name, (2,), "x y in pixels").astype(np.float64)
+        one_set(real_array(value, name, (2,), "x y in pixels")).astype(np.float64)
         for value, name in ((first, "first"), (second, "second"))
     )
     middle = checked_centre(centre)

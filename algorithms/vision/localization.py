@@ -32,7 +32,7 @@ from .pose_refinement import (
 from .pose_starts import three_points
 from .robust import ALL, robust_estimate
 from .starts import STEPS
-from .status import VisionStatus, check_points
+from .status import VisionStatus, check_points, one_set
 
 _SOME = 64
 """A limit on work: the number of pixels with which the pose of a mirror image is searched for."""
@@ -66,7 +66,7 @@ def localize(
     ----------
     points : array_like, (n, 3)
         World coordinates of at least four points, in space or on a plane, in any unit of length.
-    pixels : array_like, (n, 2)
+    pixels : array_like, (n, 2) or (n, 1, 2)
     intrinsics : array_like, (3, 3), or Camera
         As in `Camera`. The pose of a camera is not used; the distortion of its lens is removed from the pixels first,
         and distances are those in the image of its pinhole. Pixels that the lens shows for no point are not finite.
@@ -118,10 +118,11 @@ def localize(
     With half a pixel of noise, for boards of 9 x 6 points bent by 0 to 5 mm, for 4 to 12 points of any thickness and
     for origins up to 1e6 units away, errors equal those of the best of OpenCV's IPPE and SQPNP with refinement.
     """
-    places = real_array(points, "points", (3,), "x y z")
+    places = one_set(real_array(points, "points", (3,), "x y z"))
     if (lines is None) != (image_lines is None):
         raise ValueError("lines, image_lines: one of both; expected lines and what is seen of them, or neither")
     matrix, image = pinhole_pixels(intrinsics, pixels, "pixels")
+    image = one_set(image)
     k = checked_intrinsics(matrix)
     if threshold is not None:
         check_sampling(threshold, confidence, max_samples)

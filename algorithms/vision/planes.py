@@ -12,7 +12,7 @@ from ..evidence import Freedom, Problem, check_sampling
 from ..evidence.consensus import Indices
 from ..precision import NEGLIGIBLE, rounding_of
 from .robust import RobustEstimate, no_estimate, robust_estimate
-from .status import VisionStatus, check_points, refuse
+from .status import VisionStatus, check_points, one_set, refuse
 
 _NOISE = 1.5
 """A singular value below this multiple of the last one is noise."""
@@ -26,7 +26,7 @@ def homography(first: ArrayLike, second: ArrayLike) -> Reals:
 
     Parameters
     ----------
-    first, second : array_like, (n, 2)
+    first, second : array_like, (n, 2) or (n, 1, 2)
         At least four points, with no three of four on a line.
 
     Returns
@@ -41,7 +41,7 @@ def homography(first: ArrayLike, second: ArrayLike) -> Reals:
     DegenerateError
         If there are too few points, or if they are not finite or nearly all on a line.
     """
-    one, two = real_array(first, "first", (2,), "x y"), real_array(second, "second", (2,), "x y")
+    one, two = (one_set(real_array(x, name, (2,), "x y")) for x, name in ((first, "first"), (second, "second")))
     status = check_points({"first": one, "second": two}, 4, "points")
     refuse(status, "homography", "at least 4 finite points")
     least = rounding_of(one, two, part=NEGLIGIBLE)
@@ -88,7 +88,7 @@ def robust_homography(
 
     Parameters
     ----------
-    first, second : array_like, (n, 2)
+    first, second : array_like, (n, 2) or (n, 1, 2)
     threshold : float
         Distance in pixels of the second image from which a partner counts as wrong.
     seed : int
@@ -112,7 +112,7 @@ def robust_homography(
         `max_samples` is less than 1.
     """
     check_sampling(threshold, confidence, max_samples)
-    one, two = real_array(first, "first", (2,), "x y"), real_array(second, "second", (2,), "x y")
+    one, two = (one_set(real_array(x, name, (2,), "x y")) for x, name in ((first, "first"), (second, "second")))
     status = check_points({"first": one, "second": two}, 4, "points")
     if status != VisionStatus.OK:
         return no_estimate(status, len(one))

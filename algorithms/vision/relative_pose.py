@@ -31,7 +31,7 @@ from .normalization import extents
 from .pose_refinement import pixel_noise
 from .relative_motions import FREEDOM, Motions, Scene, halfway, joined, steps_to
 from .robust import ALL, consensus_status
-from .status import VisionStatus, check_points, distinct
+from .status import VisionStatus, check_points, distinct, one_set
 
 CONFIDENCE = 0.999
 """A probability: that a sample without wrong pairs is drawn."""
@@ -361,9 +361,7 @@ def _no_pose(status: VisionStatus, n_points: int, rotation: Reals | None = None,
 
 def _pixels(value: ArrayLike, name: str, camera: Camera | ArrayLike) -> Reals:
     """Return pixels (n, 2) of the camera without distortion, also from (n, 1, 2)."""
-    array = real_array(value, name, (2,), "x y in pixels")
-    if array.ndim == 3 and array.shape[1] == 1:
-        array = array[:, 0]
+    array = one_set(real_array(value, name, (2,), "x y in pixels"))
     return np.asarray(camera.undistort(array) if isinstance(camera, Camera) else array, np.float64)
 
 

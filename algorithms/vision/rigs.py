@@ -20,7 +20,7 @@ from .localization_results import Localization, no_localization
 from .pose_refinement import Poses, camera_motors, deviations, growth_of_poses, judged_poses, ordered, pixel_noise
 from .robust import ALL, robust_estimate
 from .starts import BEST, SETS, STEPS, real_roots
-from .status import VisionStatus, check_points, distinct
+from .status import VisionStatus, check_points, distinct, one_set
 
 _FREEDOM = Freedom(sample_size=3, parameters=6, codimension=2, solutions=8, false_alarms=1e-2)
 
@@ -46,7 +46,7 @@ def localize_rig(
     ----------
     points : array_like, (n, 3)
         World coordinates of at least four points. A point that several cameras see is repeated.
-    pixels : array_like, (n, 2)
+    pixels : array_like, (n, 2) or (n, 1, 2)
     cameras : sequence of Camera
         The cameras of the rig, with poses in the frame of the rig, such as those of `calibrate_stereo`. The distortion
         of their lenses is removed from the pixels first.
@@ -68,8 +68,8 @@ def localize_rig(
         If the numbers of points, pixels and `camera` differ, if `camera` is not the number of a camera, or if an option
         is invalid, as in `localize`.
     """
-    places = real_array(points, "points", (3,), "x y z").astype(np.float64)
-    image = real_array(pixels, "pixels", (2,), "x y in pixels").astype(np.float64)
+    places = one_set(real_array(points, "points", (3,), "x y z")).astype(np.float64)
+    image = one_set(real_array(pixels, "pixels", (2,), "x y in pixels")).astype(np.float64)
     which = _checked_numbers(camera, cameras, len(places))
     if threshold is not None:
         check_sampling(threshold, confidence, max_samples)

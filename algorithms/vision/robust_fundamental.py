@@ -17,7 +17,7 @@ from .degeneracy import WIDE, degenerate, displaced_by_chance, hidden_by_a_line,
 from .normalization import extents, homogeneous
 from .planes import homography_problem
 from .robust import ALL, RobustEstimate, consensus_status, estimate, no_estimate, robust_estimate
-from .status import VisionStatus, check_points
+from .status import VisionStatus, check_points, one_set
 
 _FREEDOM = Freedom(sample_size=7, parameters=7, codimension=1, solutions=3, false_alarms=1.0)
 """Of 400 sets of 20 random pairs the least bound was 80; for more pairs it was higher."""
@@ -56,7 +56,7 @@ def robust_fundamental_matrix(
 
     Parameters
     ----------
-    first, second : array_like, (n, 2)
+    first, second : array_like, (n, 2) or (n, 1, 2)
         Pixels of both images, n at least 8.
     threshold : float
         The Sampson distance, in pixels, from which a correspondence counts as wrong; twice the noise of pixels is a
@@ -86,7 +86,7 @@ def robust_fundamental_matrix(
         `max_samples` is less than 1.
     """
     check_sampling(threshold, confidence, max_samples)
-    one, two = real_array(first, "first", (2,), "x y"), real_array(second, "second", (2,), "x y")
+    one, two = (one_set(real_array(x, name, (2,), "x y")) for x, name in ((first, "first"), (second, "second")))
     status = check_points({"first": one, "second": two}, 8, "points")
     if status != VisionStatus.OK:
         return no_estimate(status, len(one))
