@@ -24,6 +24,7 @@ from .invariants import cross_ratio, invariants_3d, invariants_3d_deviation, p2_
 from .landmarks import LandmarkMap, Recognition
 from .localization import localize
 from .localization_results import Localization
+from .many_views import metric_upgrade, triangulate_views
 from .minimal_poses import cameras_of_four_points, poses_of_three_points
 from .navigation import LandmarkPose, localize_by_landmarks
 from .omnidirectional import OmnidirectionalCamera, conic_value
@@ -119,6 +120,7 @@ __all__ = [
     "localize_by_landmarks",
     "localize_rig",
     "localize_unknown_focal",
+    "metric_upgrade",
     "motions_of_plane",
     "p2_invariants",
     "permutation_invariant",
@@ -137,6 +139,7 @@ __all__ = [
     "transfer_line",
     "transfer_point",
     "triangulate",
+    "triangulate_views",
     "triangulation",
     "trifocal_tensor",
     "undistort_image",

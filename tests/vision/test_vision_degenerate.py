@@ -172,6 +172,12 @@ TABLE: list[tuple[str, Callable[[], Any], Result]] = [
     ("sampson_distance", lambda: vision.sampson_distance(F, PIXELS[0], SPOILED[1]), R.UNDEFINED_THERE),
     ("sampson_distance", lambda: vision.sampson_distance(F, PIXELS[0], PIXELS[1][1:]), R.REFUSED),
     ("triangulate", lambda: vision.triangulate(CAMERAS[:2], (PIXELS[0], SPOILED[1])), R.UNDEFINED_THERE),
+    ("triangulate_views", lambda: vision.triangulate_views(CAMERAS[:2], PIXELS[:1]), R.REFUSED),
+    (
+        "metric_upgrade",
+        lambda: vision.metric_upgrade(vision.factorize(PIXELS[:2]), PIXELS[:2], CAMERAS[0]),
+        R.DEGENERATE,
+    ),
     ("triangulate", lambda: vision.triangulate(MOTORCYCLE.cameras(), ([[0, 0]], [[31.086, 0]])), R.NAN),
     ("triangulate", lambda: vision.triangulate(CAMERAS[:2], (PIXELS[0], PIXELS[1][1:])), R.REFUSED),
     ("triangulate", lambda: vision.triangulate(CAMERAS[:1], PIXELS[:1]), R.REFUSED),
