@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +17,7 @@ from ..evidence import (
     Problem,
     all_or_some_sets,
     check_sampling,
+    checked_scores,
     differ,
     largest_likely,
     largest_ratio,
@@ -77,6 +78,8 @@ def localize_unknown_focal(
     confidence: float = 0.999,
     max_samples: int = 10000,
     noise: float | None = None,
+    *,
+    scores: ArrayLike | None = None,
 ) -> FocalLocalization:
     """Estimate the pose and the focal length of a camera from known points and their pixels (P4Pf, PnPf).
 
@@ -98,6 +101,8 @@ def localize_unknown_focal(
     noise : float, optional
         The standard deviation of pixels. By default it follows from the residuals and a prior: about a thousandth of
         the extent of the pixels, as well known as by four residuals.
+    scores : array_like, (n,), optional
+        As in `localize`.
 
     Returns
     -------
@@ -129,7 +134,8 @@ def localize_unknown_focal(
     inliers: Reals = np.ones(len(places), bool)
     starts = np.empty((0, 3, 4))
     if threshold is not None:
-        estimate = robust_estimate(scene.problem(), threshold, seed, confidence, max_samples)
+        problem = replace(scene.problem(), scores=checked_scores(scores, len(places)))
+        estimate = robust_estimate(problem, threshold, seed, confidence, max_samples)
         if estimate.status != VisionStatus.OK:
             return _nothing(estimate.status, len(places))
         inliers, starts = estimate.inliers, estimate.model[None]

@@ -15,6 +15,7 @@ from ..evidence import (
     Problem,
     all_or_some_sets,
     check_sampling,
+    checked_scores,
     consensus,
     growth_by_threshold,
     largest_likely,
@@ -89,6 +90,7 @@ def relative_pose_unknown_focal(
     *,
     threshold: float | None = None,
     seed: int = 0,
+    scores: ArrayLike | None = None,
 ) -> FocalMotion:
     """Estimate the motion between two views and the focal length of both from pairs of pixels (six-point problem).
 
@@ -102,7 +104,7 @@ def relative_pose_unknown_focal(
         Pixels of the same points in both images, n at least 6.
     centre : array_like, (2,)
         The principal point, in pixels: usually the middle of the image.
-    threshold, seed
+    threshold, seed, scores
         As in `relative_pose`.
 
     Returns
@@ -132,7 +134,7 @@ def relative_pose_unknown_focal(
     pairs = _Pairs(one - middle, two - middle)
     n_samples, starts, inliers = 0, np.empty((0, 10)), np.ones(len(one), bool)
     if threshold is not None:
-        problem = pairs.problem()
+        problem = replace(pairs.problem(), scores=checked_scores(scores, len(one)))
         found = consensus(problem, threshold, seed, CONFIDENCE, MAX_SAMPLES)
         n_samples, status = found.n_samples, consensus_status(problem, found, threshold, seed)
         if status != VisionStatus.OK or found.best is None:

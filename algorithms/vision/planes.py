@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from generated import linear_views, matrices, robust_views
 
 from ..arguments import Reals, real_array
-from ..evidence import Freedom, Problem, check_sampling
+from ..evidence import Freedom, Problem, check_sampling, checked_scores
 from ..evidence.consensus import Indices
 from ..precision import NEGLIGIBLE, rounding_of
 from .robust import RobustEstimate, no_estimate, robust_estimate
@@ -83,6 +85,8 @@ def robust_homography(
     seed: int = 0,
     confidence: float = 0.999,
     max_samples: int = 5000,
+    *,
+    scores: ArrayLike | None = None,
 ) -> RobustEstimate:
     """Estimate the homography with which most pairs of points agree.
 
@@ -97,6 +101,9 @@ def robust_homography(
         Probability, between 0 and 1, that a sample without wrong points is drawn.
     max_samples : int
         Maximum number of samples, at least 1.
+    scores : array_like, (n,), optional
+        How likely pairs are right, in relation to each other, such as 1 minus the ratio of distances of descriptors:
+        half of the samples are drawn by them, so that misleading ones at most double the work.
 
     Returns
     -------
@@ -117,7 +124,7 @@ def robust_homography(
     if status != VisionStatus.OK:
         return no_estimate(status, len(one))
     one, two = one.astype(np.float64), two.astype(np.float64)
-    problem = homography_problem(one, two)
+    problem = replace(homography_problem(one, two), scores=checked_scores(scores, len(one)))
     found = robust_estimate(problem, threshold, np.random.default_rng(seed), confidence, max_samples)
     if found.status != VisionStatus.OK:
         return found

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from generated import pga3, rig_poses
 
 from ..arguments import Reals, as_given, finite_number, listed, real_array
-from ..evidence import Freedom, Noise, Problem, all_or_some_sets, check_sampling
+from ..evidence import Freedom, Noise, Problem, all_or_some_sets, check_sampling, checked_scores
 from ..evidence.sampling import without_copies
 from ..evidence.triangles import from_triangle
 from .camera import Camera
@@ -35,6 +35,8 @@ def localize_rig(
     confidence: float = 0.999,
     max_samples: int = 10000,
     noise: float | None = None,
+    *,
+    scores: ArrayLike | None = None,
 ) -> Localization:
     """Estimate the pose of a rig of cameras from known points and their pixels (generalised absolute pose).
 
@@ -52,7 +54,7 @@ def localize_rig(
         of their lenses is removed from the pixels first.
     camera : array_like of int, (n,)
         The number of the camera that sees a point.
-    threshold, seed, confidence, max_samples, noise
+    threshold, seed, confidence, max_samples, noise, scores
         As in `localize`. Without a threshold, all pixels are used.
 
     Returns
@@ -85,12 +87,14 @@ def localize_rig(
         status = VisionStatus.TOO_FEW
     if status != VisionStatus.OK:
         return no_localization(status, len(places))
+    weights = checked_scores(scores, len(places))
     kept, again = without_copies(image, places, which[:, None])
     scene = _Rig(places[kept], image[kept], cameras, which[kept], noise)
     inliers: Reals = np.ones(len(kept), bool)
     starts = None
     if threshold is not None:
-        estimate = robust_estimate(scene.problem(), threshold, seed, confidence, max_samples)
+        problem = replace(scene.problem(), scores=weights if weights is None else weights[kept])
+        estimate = robust_estimate(problem, threshold, seed, confidence, max_samples)
         if estimate.status != VisionStatus.OK:
             return no_localization(estimate.status, len(places))
         inliers, starts = estimate.inliers, estimate.model[None]

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from generated import projective2, relative_poses, robust_views
 
 from ..arguments import Reals, real_array
-from ..evidence import Freedom, Problem, Seed, check_sampling, consensus, explained_by_chance, polished
+from ..evidence import Freedom, Problem, Seed, check_sampling, checked_scores, consensus, explained_by_chance, polished
 from ..evidence.consensus import Indices, without_nan
 from ..evidence.noise import tail_of
 from .degeneracy import WIDE, degenerate, displaced_by_chance, hidden_by_a_line, off_lines
@@ -45,6 +45,8 @@ def robust_fundamental_matrix(
     seed: int = 0,
     confidence: float = 0.999,
     max_samples: int = 100000,
+    *,
+    scores: ArrayLike | None = None,
 ) -> RobustEstimate:
     """Estimate the fundamental matrix with which most correspondences agree.
 
@@ -67,6 +69,9 @@ def robust_fundamental_matrix(
         Probability, between 0 and 1, that a sample without wrong points is drawn.
     max_samples : int
         Maximum number of samples, at least 1. The default suffices for 70 % of wrong pairs.
+    scores : array_like, (n,), optional
+        How likely pairs are right, in relation to each other, such as 1 minus the ratio of distances of descriptors:
+        half of the samples are drawn by them, so that misleading ones at most double the work.
 
     Returns
     -------
@@ -92,7 +97,8 @@ def robust_fundamental_matrix(
         return no_estimate(status, len(one))
     one, two = one.astype(np.float64), two.astype(np.float64)
 
-    problem, rng = _problem(one, two), np.random.default_rng(seed)
+    problem = replace(_problem(one, two), scores=checked_scores(scores, len(one)))
+    rng = np.random.default_rng(seed)
     if min(extents(one)[0], extents(two)[0]) <= threshold * np.sqrt(len(one)):
         return no_estimate(VisionStatus.DEGENERATE, len(one))  # all on one line
     found = robust_estimate(problem, threshold, rng, confidence, max_samples)
@@ -246,5 +252,6 @@ def _parallax(
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(models / np.linalg.norm(models, axis=(-1, -2), keepdims=True))
 
-    off = replace(problem, first=one, second=two, freedom=_OFF_A_PLANE, solve=solve)
+    scores = None if problem.scores is None else problem.scores[~on_plane]
+    off = replace(problem, first=one, second=two, freedom=_OFF_A_PLANE, solve=solve, scores=scores)
     return robust_estimate(off, threshold, seed, confidence, len(one) ** 2 + 5000)
