@@ -142,8 +142,10 @@ def metric_upgrade(
     scales = np.ones(len(image))
     scales[views] = focals
     start = [Camera(inner @ np.diag([s, s, 1]), motor) for s, motor in zip(scales, motors, strict=True)]
-    known = np.isfinite(places).all(1)
-    view, point = np.nonzero(used & known & np.isin(np.arange(len(image)), views)[:, None])
+    known: Reals = np.asarray(np.isfinite(places).all(1))
+    present = np.zeros((len(image), 1), bool)
+    present[views] = True
+    view, point = np.nonzero(used & known & present)
     return bundle_adjust(
         start, np.where(known[:, None], places / unit, 0.0), (view, point, image[view, point]),
         intrinsics="fixed" if is_known else "each", estimated=None if is_known else ("f",), covariance="points",
