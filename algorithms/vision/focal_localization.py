@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from generated import camera_poses, focal_poses
 
-from ..arguments import Reals, finite_number, real_array
+from ..arguments import Reals, check_pixels, real_array
 from ..evidence import (
     WRONG,
     Freedom,
@@ -123,8 +123,7 @@ def localize_unknown_focal(
     middle = checked_centre(centre)
     if threshold is not None:
         check_sampling(threshold, confidence, max_samples)
-    if noise is not None and finite_number(noise, "noise") <= 0:
-        raise ValueError(f"noise: {noise}; expected more than 0 pixels, or None")
+    check_pixels(noise, "noise")
     status = check_points({"points": places, "pixels": image}, 5, "points")
     if status == VisionStatus.OK and distinct(places, 5) < 5:
         status = VisionStatus.TOO_FEW

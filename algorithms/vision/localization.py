@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from generated import camera_poses, projective2
 
-from ..arguments import Reals, finite_number, real_array
+from ..arguments import Reals, check_pixels, real_array
 from ..evidence import Freedom, Noise, Problem, all_or_some_sets, check_sampling, checked_scores, likely
 from ..evidence.consensus import Indices, without_repeats
 from ..evidence.sampling import without_copies
@@ -130,8 +130,7 @@ def localize(
     k = checked_intrinsics(matrix)
     if threshold is not None:
         check_sampling(threshold, confidence, max_samples)
-    if noise is not None and finite_number(noise, "noise") <= 0:
-        raise ValueError(f"noise: {noise}; expected more than 0 pixels, or None")
+    check_pixels(noise, "noise")
     if lines is not None and image_lines is not None:
         check_points({"points": places, "pixels": image}, 0, "points")
         both = line_arrays(lines, image_lines, intrinsics)
@@ -140,22 +139,29 @@ def localize(
                 raise ValueError("scores: with lines; expected points only, or no scores")
             items = places.astype(np.float64), image.astype(np.float64), *both
             return localize_with_lines(*items, k, threshold, seed, confidence, max_samples, noise)
+    scene, again = _scene_of(places, image, k, noise, scores)
+    if isinstance(scene, VisionStatus):
+        return no_localization(scene, len(places))
+    found = scene.localized(threshold, seed, confidence, max_samples)
+    return replace(found, inliers=found.inliers[again]) if len(found.inliers) < len(places) else found
+
+
+def _scene_of(
+    places: Reals, image: Reals, k: Reals, noise: float | None, scores: ArrayLike | None
+) -> tuple[_Scene | VisionStatus, Reals]:
+    """Return the scene of points and pixels without copies, or why there is none, and the numbers of points in it."""
     status = check_points({"points": places, "pixels": image}, 4, "points")
     if status != VisionStatus.OK:
-        return no_localization(status, len(places))
+        return status, np.empty(0)
     weights = checked_scores(scores, len(places))
     kept, again = without_copies(image, places)
     if len(kept) < 4:
-        return no_localization(VisionStatus.TOO_FEW, len(places))
-    has_copies = len(kept) < len(places)
-    if has_copies:
-        places, image = places[kept], image[kept]
+        return VisionStatus.TOO_FEW, again
+    if len(kept) < len(places):
+        places, image, weights = places[kept], image[kept], weights if weights is None else weights[kept]
     places = places.astype(np.float64)
     centroid = places.sum(0) / len(places)
-    weights = weights if weights is None else weights[kept]
-    scene = _Scene(places - centroid, image.astype(np.float64), k, pixel_noise(k, noise), centroid, weights)
-    found = scene.localized(threshold, seed, confidence, max_samples)
-    return replace(found, inliers=found.inliers[again]) if has_copies else found
+    return _Scene(places - centroid, image.astype(np.float64), k, pixel_noise(k, noise), centroid, weights), again
 
 
 class _Judged(NamedTuple):

@@ -15,8 +15,9 @@ from ..arguments import Reals, listed, real_array
 from ..precision import EIGENVALUE
 from .bundle import bundle_adjust
 from .bundle_results import BundleAdjustment
-from .camera import Camera
+from .camera import Camera, camera_matrix
 from .factorization import Factorization
+from .localization import checked_intrinsics
 from .normalization import extents
 from .status import VisionStatus, refuse
 
@@ -113,44 +114,56 @@ def metric_upgrade(
     if image.shape[:2] != model.inliers.shape:
         raise ValueError(f"pixels: {image.shape[:2]} views and points; expected {model.inliers.shape}, as in the model")
     refuse(model.status if model.status != VisionStatus.TOO_FEW else VisionStatus.OK, "metric_upgrade", "a model")
-    inner = camera.intrinsics if isinstance(camera, Camera) else np.asarray(real_array(camera, "camera"), np.float64)
-    if inner.shape not in ((3, 3), (2,)):
-        raise ValueError(f"camera: shape {inner.shape}; expected (3, 3), a matrix K, or (2,), a principal point")
-    is_known, views = inner.shape == (3, 3), np.flatnonzero(np.isfinite(model.cameras).all((1, 2)))
+    views = np.flatnonzero(np.isfinite(model.cameras).all((1, 2)))
     used = model.inliers & np.isfinite(model.points).all(1)
-    if not is_known:
-        size = float(np.sqrt(extents(image[used])[1] / max(np.count_nonzero(used), 1)))
-        inner = np.array([[size, 0, inner[0]], [0, size, inner[1]], [0, 0, 1]])
+    inner, is_known = _inner_parameters(camera, image[used])
     matrices = np.linalg.solve(inner, model.cameras[views])
     matrices /= np.linalg.norm(matrices, axis=(1, 2), keepdims=True)
     frame = _metric_frame(_absolute_quadric(matrices, is_known))
-    cameras, places = matrices @ frame, np.linalg.solve(frame, model.points.T).T
     with np.errstate(all="ignore"):
+        places = np.linalg.solve(frame, model.points.T).T
         places = places[:, :3] / places[:, 3:]
-    poses, focals = _poses(cameras, is_known)
-    ahead = np.einsum("vj,nj->vn", poses[:, 2, :3], places) + poses[:, 2, 3:]
-    if np.count_nonzero(ahead[used[views]] < 0) > np.count_nonzero(ahead[used[views]] > 0):
-        places, poses[:, :, 3] = -places, -poses[:, :, 3]  # the mirror image has the same quadric
-    whole = np.tile(np.eye(4), (len(poses), 1, 1))
-    whole[:, :3] = poses
-    own = whole[0] @ np.linalg.inv(whole)
-    places = places @ poses[0, :, :3].T + poses[0, :, 3]
-    unit = float(np.nanmedian(np.linalg.norm(places, axis=1)))
-    own[:, :3, 3] /= unit
-    motors = np.tile(np.eye(8)[0], (len(image), 1))
-    motors[views] = pga3.motor_from_matrix(own)
-    scales = np.ones(len(image))
+    poses, focals = _poses(matrices @ frame, is_known)
+    motors, scales = np.tile(np.eye(8)[0], (len(image), 1)), np.ones(len(image))
+    motors[views], places = _in_front(poses, places, used[views])
     scales[views] = focals
     start = [Camera(inner @ np.diag([s, s, 1]), motor) for s, motor in zip(scales, motors, strict=True)]
-    known: Reals = np.asarray(np.isfinite(places).all(1))
-    present = np.zeros((len(image), 1), bool)
+    known, present = np.asarray(np.isfinite(places).all(1)), np.zeros((len(image), 1), bool)
     present[views] = True
     view, point = np.nonzero(used & known & present)
     return bundle_adjust(
-        start, np.where(known[:, None], places / unit, 0.0), (view, point, image[view, point]),
+        start, np.where(known[:, None], places, 0.0), (view, point, image[view, point]),
         intrinsics="fixed" if is_known else "each", estimated=None if is_known else ("f",), covariance="points",
         noise=noise,
     )  # fmt: skip
+
+
+def _inner_parameters(camera: Camera | ArrayLike, pixels: Reals) -> tuple[Reals, bool]:
+    """Return a matrix K and whether its focal length is known; otherwise it is of the size of the pixels (k, 2)."""
+    if isinstance(camera, Camera):
+        camera_matrix(camera, "camera")  # refuses distortion
+        return camera.intrinsics, True
+    given = np.asarray(real_array(camera, "camera"), np.float64)
+    if given.shape == (3, 3):
+        return checked_intrinsics(given), True
+    if given.shape != (2,):
+        raise ValueError(f"camera: shape {given.shape}; expected (3, 3), a matrix K, or (2,), a principal point")
+    size = float(np.sqrt(extents(pixels)[1] / max(len(pixels), 1)))
+    return np.array([[size, 0, given[0]], [0, size, given[1]], [0, 0, 1]]), False
+
+
+def _in_front(poses: Reals, places: Reals, used: Reals) -> tuple[Reals, Reals]:
+    """Return motors from cameras to the first one, and points, most of them in front, in units of their distance."""
+    ahead = (np.einsum("vj,nj->vn", poses[:, 2, :3], places) + poses[:, 2, 3:])[used]
+    if np.count_nonzero(ahead < 0) > np.count_nonzero(ahead > 0):
+        places, poses = -places, poses * [1, 1, 1, -1]  # the mirror image has the same quadric
+    whole = np.tile(np.eye(4), (len(poses), 1, 1))
+    whole[:, :3] = poses
+    places = places @ poses[0, :, :3].T + poses[0, :, 3]
+    unit = float(np.nanmedian(np.linalg.norm(places, axis=1)))
+    own = whole[0] @ np.linalg.inv(whole)
+    own[:, :3, 3] /= unit
+    return np.asarray(pga3.motor_from_matrix(own)), places / unit
 
 
 def _absolute_quadric(matrices: Reals, is_known: bool) -> Reals:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from generated import pga3, projective2
 
-from ..arguments import Reals, finite_number, real_array
+from ..arguments import Reals, check_pixels, real_array
 from ..precision import NEGLIGIBLE, ROUNDING
 from .camera import Camera
 from .status import DegenerateError, VisionStatus
@@ -194,8 +194,7 @@ def rectify(
     for camera, name in ((first, "first"), (second, "second")):
         if not isinstance(camera, Camera):
             raise TypeError(f"{name}: {type(camera).__name__}; expected a Camera")
-    if focal_length is not None and finite_number(focal_length, "focal_length") <= 0:
-        raise ValueError(f"focal_length: {focal_length}; expected more than 0 pixels, or None")
+    check_pixels(focal_length, "focal_length")
     frames = [pga3.motor_to_matrix(camera.pose) for camera in (first, second)]
     turn = _common_axes(*frames)
     low, high = np.empty((2, 2)), np.empty((2, 2))

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from generated import pga3, rig_poses
 
-from ..arguments import Reals, as_given, finite_number, listed, real_array
+from ..arguments import Reals, as_given, check_pixels, listed, real_array
 from ..evidence import Freedom, Noise, Problem, all_or_some_sets, check_sampling, checked_scores
 from ..evidence.sampling import without_copies
 from ..evidence.triangles import from_triangle
@@ -75,8 +75,7 @@ def localize_rig(
     which = _checked_numbers(camera, cameras, len(places))
     if threshold is not None:
         check_sampling(threshold, confidence, max_samples)
-    if noise is not None and finite_number(noise, "noise") <= 0:
-        raise ValueError(f"noise: {noise}; expected more than 0 pixels, or None")
+    check_pixels(noise, "noise")
     status = check_points({"points": places, "pixels": image}, 4, "points")
     if status == VisionStatus.OK:
         image = image.copy()

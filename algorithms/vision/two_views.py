@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from generated import projective3
 
-from ..arguments import Reals, finite_number, real_array
+from ..arguments import Reals, check_pixels, real_array
 from ..precision import ROUNDING
 from .camera import Camera
 from .centring import centred_cameras
@@ -101,8 +101,7 @@ def _from_pixels(
     one, two = one_set(_pixels(first, "first")), one_set(_pixels(second, "second"))
     if method not in ("8-point", "7-point", "robust"):
         raise ValueError(f"method: {method!r}; expected '8-point', '7-point' or 'robust'")
-    if noise is not None and finite_number(noise, "noise") <= 0:
-        raise ValueError(f"noise: {noise}; expected more than 0 pixels, or None")
+    check_pixels(noise, "noise")
     where, least = "fundamental_matrix", 7 if method == "7-point" else 8
     expected = f"at least {least} finite points, not on one plane or line, seen from two centres"
     refuse(check_points({"first": one, "second": two}, least, "points"), where, expected)

@@ -156,3 +156,7 @@ def test_critical_motions_are_refused(seed: int) -> None:
         metric_upgrade(two, pixels[:2], cameras[0])
     with pytest.raises(ValueError, match="as in the model"):
         metric_upgrade(two, pixels, cameras[0])
+    bent = Camera.from_intrinsics(700.0, (320, 240), distortion=Distortion("brown", (-0.1,)))
+    for wrong in (bent, np.ones((3, 3)), np.ones(3)):
+        with pytest.raises(ValueError, match="expected"):
+            metric_upgrade(two, pixels[:2], wrong)
