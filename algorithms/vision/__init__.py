@@ -15,6 +15,7 @@ from .completion import camera_centre, complete_points, projective_depths
 from .conics import ConicThroughPoints, conic_through_points
 from .distortion import Distortion
 from .endoscope import calibrate_endoscope
+from .essential import essential_matrices, motions_of_essential
 from .factorization import Factorization, factorize
 from .focal_localization import FocalLocalization, localize_unknown_focal
 from .focal_motions import FocalMotion, relative_pose_unknown_focal
@@ -106,6 +107,7 @@ __all__ = [
     "epipolar_lines",
     "epipoles",
     "epipoles_of_tensor",
+    "essential_matrices",
     "factorize",
     "fundamental_matrices",
     "fundamental_matrix",
@@ -121,6 +123,7 @@ __all__ = [
     "localize_rig",
     "localize_unknown_focal",
     "metric_upgrade",
+    "motions_of_essential",
     "motions_of_plane",
     "p2_invariants",
     "permutation_invariant",

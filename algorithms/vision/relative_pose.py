@@ -137,7 +137,7 @@ def relative_pose(
         positive.
     """
     other = camera if second_camera is None else second_camera
-    one, two = _pixels(first, "first", camera), _pixels(second, "second", other)
+    one, two = undistorted(first, "first", camera), undistorted(second, "second", other)
     k, k_two = intrinsics_of_camera(camera), intrinsics_of_camera(other)
     if threshold is not None:
         check_sampling(threshold, CONFIDENCE, MAX_SAMPLES)
@@ -364,7 +364,7 @@ def _no_pose(status: VisionStatus, n_points: int, rotation: Reals | None = None,
     )
 
 
-def _pixels(value: ArrayLike, name: str, camera: Camera | ArrayLike) -> Reals:
+def undistorted(value: ArrayLike, name: str, camera: Camera | ArrayLike) -> Reals:
     """Return pixels (n, 2) of the camera without distortion, also from (n, 1, 2)."""
     array = one_set(real_array(value, name, (2,), "x y in pixels"))
     return np.asarray(camera.undistort(array) if isinstance(camera, Camera) else array, np.float64)

@@ -172,6 +172,12 @@ TABLE: list[tuple[str, Callable[[], Any], Result]] = [
     ("sampson_distance", lambda: vision.sampson_distance(F, PIXELS[0], SPOILED[1]), R.UNDEFINED_THERE),
     ("sampson_distance", lambda: vision.sampson_distance(F, PIXELS[0], PIXELS[1][1:]), R.REFUSED),
     ("triangulate", lambda: vision.triangulate(CAMERAS[:2], (PIXELS[0], SPOILED[1])), R.UNDEFINED_THERE),
+    ("essential_matrices", lambda: vision.essential_matrices(PIXELS[0][:4], PIXELS[1][:4], K), R.TOO_FEW),
+    ("essential_matrices", lambda: vision.essential_matrices(*FLAT[:2], K), R.DEGENERATE),
+    ("essential_matrices", lambda: vision.essential_matrices(PIXELS[0], SPOILED[1], K), R.NOT_FINITE),
+    ("essential_matrices", lambda: vision.essential_matrices(SIX[0], SIX[1], K), R.REFUSED),
+    ("motions_of_essential", lambda: vision.motions_of_essential(np.zeros((3, 3))), R.DEGENERATE),
+    ("motions_of_essential", lambda: vision.motions_of_essential(np.full((3, 3), np.nan)), R.NOT_FINITE),
     ("triangulate_views", lambda: vision.triangulate_views(CAMERAS[:2], PIXELS[:1]), R.REFUSED),
     (
         "metric_upgrade",
