@@ -60,7 +60,7 @@ def essential_matrices(
     ]
     if len(one) == 5:
         return essential_of_sets(sides[0][None], sides[1][None])[0]
-    u, _, v = np.linalg.svd(fundamental_matrix(*sides, refine=False))
+    u, _, v = np.linalg.svd(fundamental_matrix(sides[0], sides[1], refine=False))
     return np.asarray((u[:, :2] @ v[:2])[None])
 
 
