@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import log, log1p, prod
+from math import ceil, log, log1p, prod
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,9 +17,9 @@ from ..precision import TINY
 from .chance import Freedom, by_chance, surely_not_by_chance, tail_by_chance
 from .sampling import Seed, chance_of_right_sets, drawn_sets, random_subsets
 
-_BATCH, _LARGEST = 16, 256
+_BATCH, _LARGEST = 16, 512
 """A limit on work: samples that are solved and scored at once, for each item of a sample and at most; each batch is
-twice as large as the one before."""
+four times as large as the one before, but no larger than the number of samples that are still wanted."""
 _SUBSET = 64
 """A limit on work: if there are many items, models are first scored on this number of them,"""
 _KEPT = 16
@@ -118,9 +118,10 @@ def consensus(
             wanted = _samples_for(problem, inliers, confidence)
         if drawn >= min(wanted, max_samples):
             break
+        batch = int(min(batch, max_samples - drawn, ceil(min(wanted - drawn, batch))))
         model, cost = _best_of(problem, drawn_sets(rng, n, size, batch, problem.scores), threshold, rng)
         drawn += batch
-        batch = min(2 * batch, _LARGEST, max_samples - drawn)
+        batch = min(4 * batch, _LARGEST)
         if model is None or cost >= least:
             continue
         # Refine each new best sample. If compared with refined models, few would be, and maybe not the right one.

@@ -12,8 +12,8 @@ from generated import linear_views, matrices, robust_views
 from ..arguments import Reals, real_array
 from ..evidence import Freedom, Problem, check_sampling, checked_scores
 from ..evidence.consensus import Indices
-from ..precision import NEGLIGIBLE, rounding_of
-from .robust import RobustEstimate, no_estimate, robust_estimate
+from ..precision import CONVERGED, NEGLIGIBLE, rounding_of
+from .robust import SHORT, RobustEstimate, estimate, no_estimate, robust_estimate
 from .status import VisionStatus, check_points, one_set, refuse
 
 _NOISE = 1.5
@@ -21,6 +21,8 @@ _NOISE = 1.5
 _SQUARE = 1e-14
 """From floating point: a squared singular value below this fraction of the first is rounding."""
 _FREEDOM = Freedom(sample_size=4, parameters=8, codimension=2, solutions=1, false_alarms=1e-2)
+_STEPS = 20.0
+"""A limit on work: the number of steps from a minimum that is not precise."""
 
 
 def homography(first: ArrayLike, second: ArrayLike) -> Reals:
@@ -130,7 +132,9 @@ def robust_homography(
         return found
     if _is_open(one.compress(found.inliers, axis=0), two.compress(found.inliers, axis=0)):
         return no_estimate(VisionStatus.DEGENERATE, len(one), n_samples=found.n_samples)
-    return found
+    limit = threshold * threshold
+    model, _ = robust_views.descend_homography(found.model, one, two, limit, _STEPS, CONVERGED)
+    return estimate(problem, model, threshold, found.n_samples)
 
 
 def _is_open(first: Reals, second: Reals) -> bool:
@@ -164,6 +168,6 @@ def homography_problem(first: Reals, second: Reals, in_both: bool = False) -> Pr
 
     def descend(models: Reals, threshold: float, at_most: float) -> Reals:
         limit = ratio * threshold * threshold
-        return np.asarray(robust_views.descend_homography(models, first, second, limit, at_most)[0])
+        return np.asarray(robust_views.descend_homography(models, first, second, limit, at_most, SHORT)[0])
 
     return Problem(first, second, _FREEDOM, solve, distances, costs, descend)

@@ -16,7 +16,7 @@ from ..evidence.noise import tail_of
 from .degeneracy import WIDE, degenerate, displaced_by_chance, hidden_by_a_line, off_lines
 from .normalization import extents, homogeneous
 from .planes import homography_problem
-from .robust import ALL, RobustEstimate, consensus_status, estimate, no_estimate, robust_estimate
+from .robust import ALL, SHORT, RobustEstimate, consensus_status, estimate, no_estimate, robust_estimate
 from .status import VisionStatus, check_points, one_set
 
 _FREEDOM = Freedom(sample_size=7, parameters=7, codimension=1, solutions=3, false_alarms=1.0)
@@ -31,9 +31,6 @@ _SAMPLES = 200
 of the pairs."""
 _STEPS = 20.0
 """A limit on work: the number of steps with weights by distances."""
-_SHORT = 1e-6
-"""From a probability: a last step before the likeliest model is sought decreases the sum of squares by this part, which
-for a thousand pairs is a thirtieth of the deviation."""
 _SHALLOW = 4.0
 """Points of a plane with more than this multiple of the variance that F leaves are points in space."""
 
@@ -131,7 +128,7 @@ def _problem(first: Reals, second: Reals) -> Problem:
 
     def descend(models: Reals, threshold: float, at_most: float) -> Reals:
         limit = threshold * threshold
-        return np.asarray(robust_views.descend_fundamental(models, first, second, limit, at_most, _SHORT)[0])
+        return np.asarray(robust_views.descend_fundamental(models, first, second, limit, at_most, SHORT)[0])
 
     return Problem(first, second, _FREEDOM, solve, _distances, _costs, descend)
 

@@ -156,7 +156,7 @@ def test_descents_end_in_the_minima_of_scipy(seed: int) -> None:
     first = rng.uniform(0, 400, (n, 2))
     second = seen(matrix, first) + rng.normal(size=(n, 2))
     second[wrong] += 80
-    fitted, numbers = robust_views.descend_homography(matrix, first, second, 25.0, 50.0)
+    fitted, numbers = robust_views.descend_homography(matrix, first, second, 25.0, 50.0, 1e-14)
     used = robust_views.transfer_squares(fitted, first, second) < 25
     start = (fitted / fitted[2, 2]).ravel()[:8]
     known = minimum(lambda v: (seen(np.append(v, 1).reshape(3, 3), first[used]) - second[used]).ravel(), start)
