@@ -19,6 +19,7 @@ from .camera import Camera, camera_matrix
 from .factorization import Factorization
 from .localization import checked_intrinsics
 from .normalization import extents
+from .pose_refinement import pixel_noise
 from .status import VisionStatus, refuse
 
 _PAIRS = ((0, 1), (0, 2), (1, 2))
@@ -43,7 +44,8 @@ def triangulate_views(cameras: Sequence[Camera], pixels: ArrayLike, noise: float
     -------
     BundleAdjustment
         The cameras as given, with `points` (n, 3), their `point_status` and `point_covariance`. Points that fewer than
-        two cameras see are NaN, and TOO_FEW.
+        two cameras see are NaN, and TOO_FEW; NO_CONSENSUS are those whose distances contradict the noise, which is the
+        sooner seen if `noise` is given. `status` is that of all points together.
 
     Raises
     ------
@@ -72,7 +74,13 @@ def triangulate_views(cameras: Sequence[Camera], pixels: ArrayLike, noise: float
         noise=noise,
     )  # fmt: skip
     is_open = (found.point_status == VisionStatus.TOO_FEW)[:, None]
-    return replace(found, points=np.where(is_open, np.nan, found.points))
+    status = found.point_status.copy()
+    known = pixel_noise(np.diag([*np.mean([np.diag(each.intrinsics)[:2] for each in given], 0), 1.0]), noise)
+    cost, count = np.bincount(point, found.residuals**2, minlength=len(status)), seen.sum(0)
+    for n in np.unique(count[count > 1]):
+        some = (count == n) & (status == VisionStatus.OK)
+        status[some & known.contradicted(cost, 2 * int(n) - 3)] = VisionStatus.NO_CONSENSUS
+    return replace(found, points=np.where(is_open, np.nan, found.points), point_status=status)
 
 
 def metric_upgrade(

@@ -90,6 +90,20 @@ def test_points_are_the_minimum_of_scipy_and_errors_agree_with_covariances() -> 
     assert 2.6 < squares.mean() < 3.4
 
 
+def test_points_with_a_wrong_pixel_are_refused() -> None:
+    for seed in range(5):
+        rng = np.random.default_rng([144, seed])
+        _, cameras, pixels = scene(10 + seed, 4, 0.5, n=200)
+        turn = rng.uniform(0, 2 * np.pi, 40)
+        pixels[2, :40] += rng.uniform(10, 200, (40, 1)) * np.stack([np.cos(turn), np.sin(turn)], 1)
+        found = triangulate_views(cameras, pixels, noise=0.5)
+        good = found.point_status == VisionStatus.OK
+        assert not good[:40].any() and good[40:].mean() > 0.98
+        assert (found.point_status[~good] == VisionStatus.NO_CONSENSUS).all()
+        usual = triangulate_views(cameras, pixels).point_status
+        assert (usual[40:] == VisionStatus.OK).all()
+
+
 def test_points_beside_the_lines_of_sight_are_refused() -> None:
     _, cameras, pixels = scene(2, 4, 0.0)
     one = [cameras[0]] * 3
