@@ -199,6 +199,12 @@ def positive_number(value: object, name: str) -> float:
     return number
 
 
+def check_pixels(value: object, name: str) -> None:
+    """Raise an error unless `value` is None or a positive number of pixels, as in `finite_number`."""
+    if value is not None and finite_number(value, name) <= 0:
+        raise ValueError(f"{name}: {value}; expected more than 0 pixels, or None")
+
+
 def whole_number(value: object, name: str, least: int = 0) -> int:
     """Convert `value` to an integer.
 

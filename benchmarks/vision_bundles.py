@@ -15,7 +15,7 @@ from .tasks import OURS, Task
 
 
 def tasks(rng: np.random.Generator, quick: bool) -> list[Task]:
-    """Return two scenes, with the calls of gtsam if it is installed."""
+    """Return two scenes, with the calls of gtsam and pycolmap if they are installed."""
     sizes = ((5, 40), (6, 50)) if quick else ((10, 500), (50, 10_000))
     return [_task(rng, c, m) for c, m in sizes]
 
@@ -42,6 +42,8 @@ def _task(rng: np.random.Generator, c: int, m: int) -> Task:
     calls: dict[str, Callable[[], object]] = {OURS: lambda: bundle_adjust(views, start, table, covariance=None)}
     if installed("gtsam"):
         calls["gtsam"] = _gtsams(views, start, table)
+    if installed("pycolmap"):
+        calls["pycolmap"] = pycolmaps(views, start, table)
     return Task(f"bundle adjustment of {c} cameras and {len(points):,} points in {len(camera):,} pixels", 1, calls)
 
 
@@ -65,3 +67,38 @@ def _gtsams(cameras: list[Camera], points: Any, table: Observations) -> Callable
     options.setAbsoluteErrorTol(0)
     options.setlambdaInitial(1e-4)
     return lambda: gtsam.LevenbergMarquardtOptimizer(graph, start, options).optimize()
+
+
+def pycolmaps(cameras: list[Camera], points: Any, table: Observations, tolerance: float = 1e-10) -> Callable[[], Any]:
+    """Return a call of COLMAP's adjustment by Ceres on one thread, from the same start to the same minimum.
+
+    It changes and returns a copy of the scene, which takes less than a hundredth of the time.
+    """
+    pycolmap: Any = __import__("pycolmap")
+    scene, k, tracks = pycolmap.Reconstruction(), cameras[0].intrinsics, [pycolmap.Track() for _ in points]
+    lens = [k[0, 0], k[1, 1], k[0, 2], k[1, 2]]
+    scene.add_camera_with_trivial_rig(pycolmap.Camera(model="PINHOLE", width=640, height=480, params=lens, camera_id=1))
+    which = pycolmap.BundleAdjustmentConfig()
+    for i, view in enumerate(cameras):
+        rows = np.flatnonzero(table.camera == i)
+        pose = pycolmap.Rigid3d(pga3.motor_to_matrix(pga3.motor_inverse(view.pose))[:3])
+        image = pycolmap.Image(name=str(i), keypoints=table.pixels[rows], camera_id=1, image_id=i + 1)
+        scene.add_image_with_trivial_frame(image, pose)
+        which.add_image(i + 1)
+        for row, j in enumerate(table.point[rows].tolist()):
+            tracks[j].add_element(i + 1, row)
+    for place, track in zip(points, tracks, strict=True):
+        scene.add_point3D(place, track, np.zeros(3, np.uint8))
+    which.fix_gauge(pycolmap.BundleAdjustmentGauge.TWO_CAMS_FROM_WORLD)
+    options = pycolmap.BundleAdjustmentOptions()
+    options.refine_focal_length = options.refine_extra_params = options.refine_sensor_from_rig = False
+    options.print_summary = False
+    solver = options.ceres.solver_options
+    solver.num_threads, solver.function_tolerance, solver.gradient_tolerance = 1, tolerance, tolerance
+
+    def call() -> Any:
+        copy = pycolmap.Reconstruction(scene)  # the adjuster does not keep it alive
+        pycolmap.create_default_bundle_adjuster(options, which, copy).solve()
+        return copy
+
+    return call

@@ -25,7 +25,7 @@ from .gates import certain_deviations, gate_of, is_lost
 from .least_squares import Minima, minima
 from .noise import Noise, deviation_of_most, explains, growth_by_threshold, largest_ratio
 from .observability import rank, spectrum, undetermined
-from .sampling import Seed, all_or_some_sets, random_sets, random_subsets
+from .sampling import Seed, all_or_some_sets, checked_scores, random_sets, random_subsets
 from .status import WRONG, Status
 
 __all__ = [
@@ -42,6 +42,7 @@ __all__ = [
     "by_chance",
     "certain_deviations",
     "check_sampling",
+    "checked_scores",
     "consensus",
     "deviation_of_most",
     "differ",

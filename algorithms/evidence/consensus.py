@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import log, log1p, prod
+from math import ceil, log, log1p, prod
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from generated import samples
 
 from ..arguments import Reals, finite_number
-from ..precision import NEGLIGIBLE, TINY
+from ..precision import TINY
 from .chance import Freedom, by_chance, surely_not_by_chance, tail_by_chance
-from .sampling import Seed, random_subsets
+from .sampling import Seed, chance_of_right_sets, drawn_sets, random_subsets
 
-_BATCH, _LARGEST = 16, 256
+_BATCH, _LARGEST = 16, 512
 """A limit on work: samples that are solved and scored at once, for each item of a sample and at most; each batch is
-twice as large as the one before."""
+four times as large as the one before, but no larger than the number of samples that are still wanted."""
 _SUBSET = 64
 """A limit on work: if there are many items, models are first scored on this number of them,"""
 _KEPT = 16
@@ -30,6 +30,9 @@ _STEPS = 50.0
 """and of those to a minimum."""
 _ROUNDS = 4
 """A limit on work: how often a minimum is left in search of a lower one."""
+_LOWER = 1e-6
+"""From a probability: a sum of squares that is lower by this part is a thirtieth of the deviation of a thousand items
+away."""
 N_WRONG = 5000
 """A limit on work: number of wrong pairs by which the distances of unrelated items are estimated."""
 _FACTORS = np.random.default_rng(0).normal(size=128)
@@ -58,6 +61,8 @@ class Problem:
     descend: Callable[[Reals, float, float], Reals]
     """Function from models (m, ...), a threshold and a largest number of steps to the models near them with the least
     truncated squares."""
+    scores: Reals | None = None
+    """(n,) How likely items are right, in relation to each other: half of the samples are drawn by them."""
 
 
 class Hypothesis(NamedTuple):
@@ -102,8 +107,7 @@ def consensus(
     *Locally optimized RANSAC*, DAGM 2003. Whether chance explains the inliers is for `explained_by_chance` to say. If
     few models are expected to have a consensus, all samples can be drawn `at_once`, so that one model is refined, once.
     """
-    rng = np.random.default_rng(seed)
-    n, size = len(problem.first), problem.freedom.sample_size
+    rng, size, n = np.random.default_rng(seed), problem.freedom.sample_size, len(problem.first)
     best, inliers, lowest, least, is_polished = None, np.zeros(n, np.bool_), np.inf, np.inf, at_once
     drawn, wanted, batch = 0, np.inf, max_samples if at_once else min(_BATCH * size, max_samples)
     while True:
@@ -111,12 +115,13 @@ def consensus(
             found = _among_inliers(problem, best, lowest, inliers, threshold, rng)
             best, lowest = polished(problem, *found, threshold)
             inliers, is_polished = _distances(problem, best) <= threshold, True
-            wanted = _samples_for(inliers, size, confidence)
+            wanted = _samples_for(problem, inliers, confidence)
         if drawn >= min(wanted, max_samples):
             break
-        model, cost = _best_of(problem, random_subsets(rng, n, size, batch), threshold, rng)
+        batch = int(min(batch, max_samples - drawn, ceil(min(wanted - drawn, batch))))
+        model, cost = _best_of(problem, drawn_sets(rng, n, size, batch, problem.scores), threshold, rng)
         drawn += batch
-        batch = min(2 * batch, _LARGEST, max_samples - drawn)
+        batch = min(4 * batch, _LARGEST)
         if model is None or cost >= least:
             continue
         # Refine each new best sample. If compared with refined models, few would be, and maybe not the right one.
@@ -125,16 +130,19 @@ def consensus(
         if cost < lowest:
             best, lowest, is_polished = model, cost, at_once
             inliers = _distances(problem, best) <= threshold
-            wanted = _samples_for(inliers, size, confidence)
+            wanted = _samples_for(problem, inliers, confidence)
     if best is None:
         return Consensus(None, drawn, reached=False)
     return Consensus(Hypothesis(lowest, best, inliers), drawn, drawn >= wanted)
 
 
-def _samples_for(inliers: Indices, size: int, confidence: float) -> float:
-    """Return the number of samples of a size of which one has inliers only, with a confidence."""
-    share = np.count_nonzero(inliers) / len(inliers)
-    return log(1 - confidence) / min(log1p(-min(share**size, 1 - 1e-12)), -TINY)
+def _samples_for(problem: Problem, inliers: Indices, confidence: float) -> float:
+    """Return the number of samples of which one has inliers only, with a confidence."""
+    size = problem.freedom.sample_size
+    chance = (np.count_nonzero(inliers) / len(inliers)) ** size
+    if problem.scores is not None:
+        chance = (chance + chance_of_right_sets(problem.scores, inliers, size)) / 2
+    return log(1 - confidence) / min(log1p(-min(chance, 1 - 1e-12)), -TINY)
 
 
 def _best_of(problem: Problem, sets: Indices, threshold: float, rng: np.random.Generator) -> tuple[Reals | None, float]:
@@ -185,7 +193,7 @@ def polished(problem: Problem, model: Reals, cost: float, threshold: float) -> t
         found = np.concatenate([problem.descend(each, threshold, _STEPS) for each in away])
         costs = _costs_of_few(problem, found, threshold)
         k = int(costs.argmin())
-        if costs[k] >= cost * (1 - NEGLIGIBLE):
+        if costs[k] >= cost * (1 - _LOWER):
             break
         model, cost = found[k], float(costs[k])
     return model, cost

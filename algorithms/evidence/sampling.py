@@ -6,11 +6,12 @@ from itertools import combinations
 from math import comb
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from generated import samples
 
-from ..arguments import Reals
+from ..arguments import Reals, real_array
+from ..precision import TINY
 
 _LARGEST = 8
 """The number of different numbers that `samples.different` computes."""
@@ -39,6 +40,53 @@ def random_subsets(rng: np.random.Generator, n_items: int, size: int, count: int
         return rng.permuted(np.tile(np.arange(n_items), (count, 1)), axis=1)[:, :size]
     numbers = np.asarray(samples.different(rng.random((count, _LARGEST)), n_items))
     return numbers[:, :size].astype(np.intp)
+
+
+def drawn_sets(rng: np.random.Generator, n_items: int, size: int, count: int, scores: Reals | None) -> NDArray[np.intp]:
+    """Return `random_subsets`, of which the second half has items with probabilities in the ratio of `scores` (n,).
+
+    The first half remains as it is, so that misleading scores at most double the number of samples that are needed.
+    """
+    sets = random_subsets(rng, n_items, size, count)
+    if scores is None:
+        return sets
+    sums = np.cumsum(scores)
+    by_score = np.searchsorted(sums, sums[-1] * rng.random((count - count // 2, size)), side="right")
+    in_order = np.sort(by_score, axis=1)
+    fine = (in_order[:, 1:] != in_order[:, :-1]).all(1) & (in_order[:, -1] < n_items)
+    sets[count // 2 :][fine] = by_score[fine]
+    return sets
+
+
+def chance_of_right_sets(scores: Reals, right: NDArray[np.bool_], size: int) -> float:
+    """Return at least the probability that a set drawn by `scores` (n,) has different items, all of them `right` (n,).
+
+    The items drawn before are at most those with the highest scores.
+    """
+    some = scores.compress(right)
+    if len(some) < size:
+        return 0.0
+    highest = np.sort(some)[::-1][: size - 1]
+    left = some.sum() - np.concatenate([[0.0], np.cumsum(highest)])
+    return float(np.prod(np.maximum(left, 0.0) / max(scores.sum(), TINY)))
+
+
+def checked_scores(scores: ArrayLike | None, n_items: int) -> Reals | None:
+    """Return scores (n,), or None.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If there are not as many as items, or if they are negative, not finite, or all 0.
+    """
+    if scores is None:
+        return None
+    array = real_array(scores, "scores", (-1,)).astype(np.float64)
+    if array.shape != (n_items,):
+        raise ValueError(f"scores: shape {array.shape}; expected ({n_items},), one for each item")
+    if n_items and not (np.isfinite(array).all() and array.min() >= 0 and array.max() > 0):
+        raise ValueError("scores: negative, not finite, or all 0; expected numbers of 0 or more, and one more than 0")
+    return array
 
 
 def all_or_some_sets(n_items: int, size: int, most: int) -> NDArray[np.intp]:

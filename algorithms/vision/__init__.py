@@ -15,6 +15,7 @@ from .completion import camera_centre, complete_points, projective_depths
 from .conics import ConicThroughPoints, conic_through_points
 from .distortion import Distortion
 from .endoscope import calibrate_endoscope
+from .essential import essential_matrices, motions_of_essential
 from .factorization import Factorization, factorize
 from .focal_localization import FocalLocalization, localize_unknown_focal
 from .focal_motions import FocalMotion, relative_pose_unknown_focal
@@ -24,6 +25,7 @@ from .invariants import cross_ratio, invariants_3d, invariants_3d_deviation, p2_
 from .landmarks import LandmarkMap, Recognition
 from .localization import localize
 from .localization_results import Localization
+from .many_views import metric_upgrade, triangulate_views
 from .minimal_poses import cameras_of_four_points, poses_of_three_points
 from .navigation import LandmarkPose, localize_by_landmarks
 from .omnidirectional import OmnidirectionalCamera, conic_value
@@ -105,6 +107,7 @@ __all__ = [
     "epipolar_lines",
     "epipoles",
     "epipoles_of_tensor",
+    "essential_matrices",
     "factorize",
     "fundamental_matrices",
     "fundamental_matrix",
@@ -119,6 +122,8 @@ __all__ = [
     "localize_by_landmarks",
     "localize_rig",
     "localize_unknown_focal",
+    "metric_upgrade",
+    "motions_of_essential",
     "motions_of_plane",
     "p2_invariants",
     "permutation_invariant",
@@ -137,6 +142,7 @@ __all__ = [
     "transfer_line",
     "transfer_point",
     "triangulate",
+    "triangulate_views",
     "triangulation",
     "trifocal_tensor",
     "undistort_image",

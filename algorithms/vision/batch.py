@@ -13,7 +13,7 @@ from math import prod
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arguments import Reals, finite_number, leading_axes, real_array
+from ..arguments import Reals, check_pixels, leading_axes, real_array
 from ..precision import NEGLIGIBLE, ROOT
 from .camera import Camera, pinhole_pixels
 from .degeneracy import degenerate
@@ -59,8 +59,7 @@ def fundamental_matrices(first: ArrayLike, second: ArrayLike, noise: float | Non
         If the shapes differ, or if `noise` is not positive.
     """
     one, two, leading = _sets(first, second, "first", "second", (2, 2))
-    if noise is not None and finite_number(noise, "noise") <= 0:
-        raise ValueError(f"noise: {noise}; expected more than 0 pixels, or None")
+    check_pixels(noise, "noise")
 
     def solve(a: Reals, b: Reals) -> tuple[Reals, Reals]:
         matrix = eight_points(a, b)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from generated import pga3
 
-from ..arguments import Reals, finite_number, real_array
+from ..arguments import Reals, check_pixels, finite_number, real_array
 from ..evidence import Noise, largest_ratio
 from .bundle_arguments import (
     LOSSES,
@@ -150,30 +150,15 @@ def bundle_adjust(
     held_points = checked_fixed(fixed_points, m, "fixed_points")
     held = None if fixed_cameras is None else checked_fixed(fixed_cameras, c, "fixed_cameras")
     parts = _parts(whole, start, held, held_points)
-    of_points, of_lines = np.split(parts.used, [len(whole.point)])
-    some = whole.lines.some(of_lines)
-    seen, free_lines = np.zeros(m, bool), np.zeros(len(start.lines), bool)
-    seen[whole.point[of_points]], free_lines[some.line] = True, True
-    free_cameras = (parts.camera_status == VisionStatus.OK) & ~parts.fixed_cameras
-    free_points = seen & ~held_points
-    scene = replace(
-        whole, camera=whole.camera[of_points], point=whole.point[of_points], pixels=whole.pixels[of_points],
-        free_cameras=free_cameras, free_points=free_points, lines=some, free_lines=free_lines, scaled=parts.scaled,
-    )  # fmt: skip
+    scene = _adjusted_part(whole, start, parts, held_points)
     layout = Layout(scene)
-    places = np.concatenate([start.points[seen], start.lines[free_lines].reshape(-1, 3)])
+    places = np.concatenate([start.points[np.unique(scene.point)], start.lines[scene.free_lines].reshape(-1, 3)])
     centroid = places.mean(0) if len(places) else np.zeros(3)
     end = descended(layout, _about(start, centroid), int(max_steps), progress)
     information = Information(layout, end.state) if parts.used.any() and np.isfinite(end.cost) else None
     judged = _Judged(scene, layout, end, parts, pixel_noise(_mean_matrix(start.lenses), noise), information)
     camera_status, item_status = judged.statuses()
-    final = _about(end.state, -centroid)
-    state = State(
-        np.where(free_cameras[:, None], final.motors, start.motors),
-        final.lenses,
-        np.where(free_points[:, None], final.points, start.points),
-        np.where(free_lines[:, None, None], final.lines, start.lines),
-    )
+    state = _with_adjusted(start, _about(end.state, -centroid), scene)
     with np.errstate(all="ignore"):
         # Distances are computed about the centroid, which preserves digits far from the origin.
         squares = whole.all_squares(_about(state, centroid))[0]
@@ -185,6 +170,30 @@ def bundle_adjust(
         item_status[:m], end.cost, residuals[:k], weights[:k], end.steps, state.lines, item_status[m:], residuals[k:],
         weights[k:], *judged.covariances(covariance),
     )  # fmt: skip
+
+
+def _adjusted_part(whole: Scene, start: State, parts: Parts, held_points: Reals) -> Scene:
+    """Return the observations that are used, and what of cameras, points and lines is free."""
+    of_points, of_lines = np.split(parts.used, [len(whole.point)])
+    some = whole.lines.some(of_lines)
+    seen, free_lines = np.zeros(len(start.points), bool), np.zeros(len(start.lines), bool)
+    seen[whole.point[of_points]], free_lines[some.line] = True, True
+    free_cameras = (parts.camera_status == VisionStatus.OK) & ~parts.fixed_cameras
+    return replace(
+        whole, camera=whole.camera[of_points], point=whole.point[of_points], pixels=whole.pixels[of_points],
+        free_cameras=free_cameras, free_points=seen & ~held_points, lines=some, free_lines=free_lines,
+        scaled=parts.scaled,
+    )  # fmt: skip
+
+
+def _with_adjusted(start: State, final: State, scene: Scene) -> State:
+    """Return the final state where the scene is free, and the start elsewhere, to the bit."""
+    return State(
+        np.where(scene.free_cameras[:, None], final.motors, start.motors),
+        final.lenses,
+        np.where(scene.free_points[:, None], final.points, start.points),
+        np.where(scene.free_lines[:, None, None], final.lines, start.lines),
+    )
 
 
 def _checked(
@@ -240,8 +249,7 @@ def _check_options(loss: str | None, scale: float, noise: float | None, max_step
         raise ValueError(f"loss: {loss!r}; expected None, 'huber' or 'cauchy'")
     if finite_number(scale, "scale") <= 0:
         raise ValueError(f"scale: {scale}; expected more than 0 pixels")
-    if noise is not None and finite_number(noise, "noise") <= 0:
-        raise ValueError(f"noise: {noise}; expected more than 0 pixels, or None")
+    check_pixels(noise, "noise")
     if isinstance(max_steps, bool) or not isinstance(max_steps, (int, np.integer)) or max_steps < 0:
         raise ValueError(f"max_steps: {max_steps!r}; expected an integer, 0 or more")
     if covariance not in (None, "cameras", "points"):

@@ -17,7 +17,7 @@ from .invariants import invariants_3d, normalized_pair, places_of_two_views
 from .linear_cameras import linear_cameras_of
 from .normalization import flatness, homogeneous, normalized
 from .pose_starts import linear_camera_and_gap
-from .status import VisionStatus, check_points, distinct, refuse
+from .status import VisionStatus, check_points, distinct, one_set, refuse
 from .two_views import epipoles
 
 _CHOICES = 200
@@ -124,7 +124,7 @@ def camera_centre(points: ArrayLike, pixels: ArrayLike) -> Reals:
     ----------
     points : array_like, (n, 3)
         World coordinates, in general position.
-    pixels : array_like, (n, 2)
+    pixels : array_like, (n, 2) or (n, 1, 2)
 
     Returns
     -------
@@ -138,7 +138,8 @@ def camera_centre(points: ArrayLike, pixels: ArrayLike) -> Reals:
     DegenerateError
         If there are too few points, if they are not finite or nearly on a plane, or if the camera is not unique.
     """
-    places, image = real_array(points, "points", (3,), "x y z"), real_array(pixels, "pixels", (2,), "x y")
+    places = one_set(real_array(points, "points", (3,), "x y z"))
+    image = one_set(real_array(pixels, "pixels", (2,), "x y"))
     where, expected = "camera_centre", "six finite points and more, not on a plane"
     refuse(check_points({"points": places, "pixels": image}, 6, "points"), where, expected)
     if distinct(places, 6) < 6:

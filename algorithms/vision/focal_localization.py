@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from generated import camera_poses, focal_poses
 
-from ..arguments import Reals, finite_number, real_array
+from ..arguments import Reals, check_pixels, real_array
 from ..evidence import (
     WRONG,
     Freedom,
@@ -17,6 +17,7 @@ from ..evidence import (
     Problem,
     all_or_some_sets,
     check_sampling,
+    checked_scores,
     differ,
     largest_likely,
     largest_ratio,
@@ -30,7 +31,7 @@ from .pose_refinement import EXPLAINED, camera_motors, motions_between
 from .pose_starts import reversed_pose
 from .robust import ALL, robust_estimate
 from .starts import BEST, REAL, SETS, real_roots
-from .status import VisionStatus, check_points, distinct
+from .status import VisionStatus, check_points, distinct, one_set
 
 _STEPS = 100.0
 """A limit on work: the number of iterations from each start."""
@@ -77,6 +78,8 @@ def localize_unknown_focal(
     confidence: float = 0.999,
     max_samples: int = 10000,
     noise: float | None = None,
+    *,
+    scores: ArrayLike | None = None,
 ) -> FocalLocalization:
     """Estimate the pose and the focal length of a camera from known points and their pixels (P4Pf, PnPf).
 
@@ -87,7 +90,7 @@ def localize_unknown_focal(
     ----------
     points : array_like, (n, 3)
         World coordinates of at least five points, in space or on a plane.
-    pixels : array_like, (n, 2)
+    pixels : array_like, (n, 2) or (n, 1, 2)
     centre : array_like, (2,)
         The principal point, in pixels: usually the middle of the image.
     threshold : float, optional
@@ -98,6 +101,8 @@ def localize_unknown_focal(
     noise : float, optional
         The standard deviation of pixels. By default it follows from the residuals and a prior: about a thousandth of
         the extent of the pixels, as well known as by four residuals.
+    scores : array_like, (n,), optional
+        As in `localize`.
 
     Returns
     -------
@@ -113,13 +118,12 @@ def localize_unknown_focal(
         If the numbers of points and pixels differ, if `centre` is not a finite point, or if an option is invalid, as in
         `localize`.
     """
-    places = real_array(points, "points", (3,), "x y z").astype(np.float64)
-    image = real_array(pixels, "pixels", (2,), "x y in pixels").astype(np.float64)
+    places = one_set(real_array(points, "points", (3,), "x y z")).astype(np.float64)
+    image = one_set(real_array(pixels, "pixels", (2,), "x y in pixels")).astype(np.float64)
     middle = checked_centre(centre)
     if threshold is not None:
         check_sampling(threshold, confidence, max_samples)
-    if noise is not None and finite_number(noise, "noise") <= 0:
-        raise ValueError(f"noise: {noise}; expected more than 0 pixels, or None")
+    check_pixels(noise, "noise")
     status = check_points({"points": places, "pixels": image}, 5, "points")
     if status == VisionStatus.OK and distinct(places, 5) < 5:
         status = VisionStatus.TOO_FEW
@@ -129,7 +133,8 @@ def localize_unknown_focal(
     inliers: Reals = np.ones(len(places), bool)
     starts = np.empty((0, 3, 4))
     if threshold is not None:
-        estimate = robust_estimate(scene.problem(), threshold, seed, confidence, max_samples)
+        problem = replace(scene.problem(), scores=checked_scores(scores, len(places)))
+        estimate = robust_estimate(problem, threshold, seed, confidence, max_samples)
         if estimate.status != VisionStatus.OK:
             return _nothing(estimate.status, len(places))
         inliers, starts = estimate.inliers, estimate.model[None]

@@ -15,6 +15,7 @@ from ..evidence import (
     Problem,
     all_or_some_sets,
     check_sampling,
+    checked_scores,
     consensus,
     growth_by_threshold,
     largest_likely,
@@ -30,7 +31,7 @@ from .relative_motions import Scene
 from .relative_pose import CONFIDENCE, MAX_SAMPLES, estimate_motion, lost_by_chance, share_of_wrong_pairs
 from .robust import ALL, consensus_status
 from .starts import BEST, SETS
-from .status import VisionStatus, check_points, distinct
+from .status import VisionStatus, check_points, distinct, one_set
 
 _STEPS = 60.0
 """A limit on work: the number of iterations from each start,"""
@@ -89,6 +90,7 @@ def relative_pose_unknown_focal(
     *,
     threshold: float | None = None,
     seed: int = 0,
+    scores: ArrayLike | None = None,
 ) -> FocalMotion:
     """Estimate the motion between two views and the focal length of both from pairs of pixels (six-point problem).
 
@@ -98,11 +100,11 @@ def relative_pose_unknown_focal(
 
     Parameters
     ----------
-    first, second : array_like, (n, 2)
+    first, second : array_like, (n, 2) or (n, 1, 2)
         Pixels of the same points in both images, n at least 6.
     centre : array_like, (2,)
         The principal point, in pixels: usually the middle of the image.
-    threshold, seed
+    threshold, seed, scores
         As in `relative_pose`.
 
     Returns
@@ -118,7 +120,7 @@ def relative_pose_unknown_focal(
         If the numbers of points differ, if `centre` is not a finite point, or if `threshold` is not positive.
     """
     one, two = (
-        real_array(value, name, (2,), "x y in pixels").astype(np.float64)
+        one_set(real_array(value, name, (2,), "x y in pixels")).astype(np.float64)
         for value, name in ((first, "first"), (second, "second"))
     )
     middle = checked_centre(centre)
@@ -132,7 +134,7 @@ def relative_pose_unknown_focal(
     pairs = _Pairs(one - middle, two - middle)
     n_samples, starts, inliers = 0, np.empty((0, 10)), np.ones(len(one), bool)
     if threshold is not None:
-        problem = pairs.problem()
+        problem = replace(pairs.problem(), scores=checked_scores(scores, len(one)))
         found = consensus(problem, threshold, seed, CONFIDENCE, MAX_SAMPLES)
         n_samples, status = found.n_samples, consensus_status(problem, found, threshold, seed)
         if status != VisionStatus.OK or found.best is None:

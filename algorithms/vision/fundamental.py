@@ -7,6 +7,7 @@ import numpy as np
 from generated import linear_views, robust_views
 
 from ..arguments import Reals
+from ..precision import CONVERGED
 
 _STEPS = 30.0
 """A limit on work: the number of steps of a descent."""
@@ -25,4 +26,4 @@ def seven_points(first: Reals, second: Reals) -> Reals:
 
 def refined(matrix: Reals, first: Reals, second: Reals) -> Reals:
     """Return the F of rank 2 with the least sum of squared Sampson distances near a given one."""
-    return np.asarray(robust_views.descend_fundamental(matrix, first, second, np.inf, _STEPS)[0])
+    return np.asarray(robust_views.descend_fundamental(matrix, first, second, np.inf, _STEPS, CONVERGED)[0])

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from generated import camera_poses, projective2
 
-from ..arguments import Reals, finite_number, real_array
-from ..evidence import Freedom, Noise, Problem, all_or_some_sets, check_sampling, likely
+from ..arguments import Reals, check_pixels, real_array
+from ..evidence import Freedom, Noise, Problem, all_or_some_sets, check_sampling, checked_scores, likely
 from ..evidence.consensus import Indices, without_repeats
 from ..evidence.sampling import without_copies
 from .camera import Camera, pinhole_pixels
@@ -32,7 +32,7 @@ from .pose_refinement import (
 from .pose_starts import three_points
 from .robust import ALL, robust_estimate
 from .starts import STEPS
-from .status import VisionStatus, check_points
+from .status import VisionStatus, check_points, one_set
 
 _SOME = 64
 """A limit on work: the number of pixels with which the pose of a mirror image is searched for."""
@@ -53,6 +53,7 @@ def localize(
     *,
     lines: ArrayLike | None = None,
     image_lines: ArrayLike | None = None,
+    scores: ArrayLike | None = None,
 ) -> Localization:
     """Estimate the pose of a camera from known points and their pixels, by least squares of distances in the image.
 
@@ -66,7 +67,7 @@ def localize(
     ----------
     points : array_like, (n, 3)
         World coordinates of at least four points, in space or on a plane, in any unit of length.
-    pixels : array_like, (n, 2)
+    pixels : array_like, (n, 2) or (n, 1, 2)
     intrinsics : array_like, (3, 3), or Camera
         As in `Camera`. The pose of a camera is not used; the distortion of its lens is removed from the pixels first,
         and distances are those in the image of its pinhole. Pixels that the lens shows for no point are not finite.
@@ -89,6 +90,9 @@ def localize(
     image_lines : array_like, (m, 2, 2), optional
         Two pixels of the image of each line, as far apart as it is seen; they need not be those of the points of
         `lines`. Their distances from the image of the line count as those of pixels.
+    scores : array_like, (n,), optional
+        How likely pixels are right, in relation to each other, such as 1 minus the ratio of distances of descriptors:
+        half of the samples are drawn by them, so that misleading ones at most double the work. Not with lines.
 
     Returns
     -------
@@ -118,35 +122,46 @@ def localize(
     With half a pixel of noise, for boards of 9 x 6 points bent by 0 to 5 mm, for 4 to 12 points of any thickness and
     for origins up to 1e6 units away, errors equal those of the best of OpenCV's IPPE and SQPNP with refinement.
     """
-    places = real_array(points, "points", (3,), "x y z")
+    places = one_set(real_array(points, "points", (3,), "x y z"))
     if (lines is None) != (image_lines is None):
         raise ValueError("lines, image_lines: one of both; expected lines and what is seen of them, or neither")
     matrix, image = pinhole_pixels(intrinsics, pixels, "pixels")
+    image = one_set(image)
     k = checked_intrinsics(matrix)
     if threshold is not None:
         check_sampling(threshold, confidence, max_samples)
-    if noise is not None and finite_number(noise, "noise") <= 0:
-        raise ValueError(f"noise: {noise}; expected more than 0 pixels, or None")
+    check_pixels(noise, "noise")
     if lines is not None and image_lines is not None:
         check_points({"points": places, "pixels": image}, 0, "points")
         both = line_arrays(lines, image_lines, intrinsics)
         if len(both[0]):
+            if scores is not None:
+                raise ValueError("scores: with lines; expected points only, or no scores")
             items = places.astype(np.float64), image.astype(np.float64), *both
             return localize_with_lines(*items, k, threshold, seed, confidence, max_samples, noise)
+    scene, again = _scene_of(places, image, k, noise, scores)
+    if isinstance(scene, VisionStatus):
+        return no_localization(scene, len(places))
+    found = scene.localized(threshold, seed, confidence, max_samples)
+    return replace(found, inliers=found.inliers[again]) if len(found.inliers) < len(places) else found
+
+
+def _scene_of(
+    places: Reals, image: Reals, k: Reals, noise: float | None, scores: ArrayLike | None
+) -> tuple[_Scene | VisionStatus, Reals]:
+    """Return the scene of points and pixels without copies, or why there is none, and the numbers of points in it."""
     status = check_points({"points": places, "pixels": image}, 4, "points")
     if status != VisionStatus.OK:
-        return no_localization(status, len(places))
+        return status, np.empty(0)
+    weights = checked_scores(scores, len(places))
     kept, again = without_copies(image, places)
     if len(kept) < 4:
-        return no_localization(VisionStatus.TOO_FEW, len(places))
-    has_copies = len(kept) < len(places)
-    if has_copies:
-        places, image = places[kept], image[kept]
+        return VisionStatus.TOO_FEW, again
+    if len(kept) < len(places):
+        places, image, weights = places[kept], image[kept], weights if weights is None else weights[kept]
     places = places.astype(np.float64)
     centroid = places.sum(0) / len(places)
-    scene = _Scene(places - centroid, image.astype(np.float64), k, pixel_noise(k, noise), centroid)
-    found = scene.localized(threshold, seed, confidence, max_samples)
-    return replace(found, inliers=found.inliers[again]) if has_copies else found
+    return _Scene(places - centroid, image.astype(np.float64), k, pixel_noise(k, noise), centroid, weights), again
 
 
 class _Judged(NamedTuple):
@@ -170,6 +185,8 @@ class _Scene:
     noise: Noise
     centroid: Reals
     """(3,)"""
+    scores: Reals | None
+    """(n,) How likely pixels are right."""
 
     def localized(self, threshold: float | None, seed: int, confidence: float, max_samples: int) -> Localization:
         """Return the pose."""
@@ -302,7 +319,7 @@ def _problem(scene: _Scene) -> Problem:
         found, _, _ = camera_poses.descend_pose(models, k, places, image, threshold * threshold, at_most)
         return np.asarray(found)
 
-    return Problem(places, image, _FREEDOM, solve, distances, costs, descend)
+    return Problem(places, image, _FREEDOM, solve, distances, costs, descend, scene.scores)
 
 
 def checked_intrinsics(intrinsics: ArrayLike) -> Reals:

@@ -11,6 +11,7 @@ from generated import cga3, omnidirectional, pga3, projective2
 
 from ..arguments import Reals, finite_number, real_array
 from .camera import Camera
+from .distortion import Distortion
 from .normalization import homogeneous
 
 
@@ -22,6 +23,7 @@ class OmnidirectionalCamera:
     ----------
     camera : Camera
         Intrinsic parameters of the projection from the sphere, and the motor from the camera frame to the world frame.
+        Its `distortion` may be Brown's, as in `cv2.omnidir` and in Mei's toolbox: it moves places of the image plane.
     mirror : float
         Distance of the pole from the centre of the sphere: 1 for a parabolic mirror, less for a hyperbolic one, 0 for a
         camera without mirror; it may be larger for fish-eye lenses.
@@ -31,10 +33,10 @@ class OmnidirectionalCamera:
     mirror: float
 
     def __post_init__(self) -> None:
-        if self.camera.distortion is not None:
+        if self.camera.distortion is not None and self.camera.distortion.model != "brown":
             raise ValueError(
-                "camera: with distortion; expected camera.pinhole: the projection from the sphere has no lens; a "
-                "fisheye lens is Camera.from_intrinsics(..., distortion=Distortion('fisheye', ...))"
+                "camera: with a fisheye lens; expected Brown's distortion or none: a fisheye lens without a sphere is "
+                "Camera.from_intrinsics(..., distortion=Distortion('fisheye', ...))"
             )
 
     @classmethod
@@ -44,6 +46,7 @@ class OmnidirectionalCamera:
         centre: tuple[float, float],
         mirror: float,
         pose: ArrayLike | None = None,
+        distortion: Distortion | None = None,
     ) -> OmnidirectionalCamera:
         """Return a camera with given calibration parameters; see `Camera.from_intrinsics`.
 
@@ -56,7 +59,7 @@ class OmnidirectionalCamera:
         distance = finite_number(mirror, "mirror")
         if distance < 0:
             raise ValueError(f"mirror: {distance}; expected a distance, 0 or more")
-        return cls(Camera.from_intrinsics(focal_length, centre, pose), distance)
+        return cls(Camera.from_intrinsics(focal_length, centre, pose, distortion=distortion), distance)
 
     def project(self, points: ArrayLike) -> Reals:
         """Project points to pixels.
@@ -70,7 +73,8 @@ class OmnidirectionalCamera:
         -------
         array, (..., 2)
             Infinite or NaN for the viewpoint itself and for directions without an image: those whose line from the pole
-            does not meet the image plane from above, or meets the sphere first.
+            does not meet the image plane from above, or meets the sphere first. With distortion, NaN also beyond the
+            range of the lens.
 
         Raises
         ------
@@ -83,7 +87,7 @@ class OmnidirectionalCamera:
         # From a pole outside the sphere only the cap in front of the tangents is visible: z > -1 / mirror.
         least = array.dtype.type(-min(self.mirror, 1 / self.mirror) if self.mirror > 0 else 0)
         image = omnidirectional.project_place(mirror, least, place)
-        return np.asarray(projective2.transform_point(self.camera.intrinsics.astype(array.dtype), image))
+        return self.camera.distort(projective2.transform_point(self.camera.intrinsics.astype(array.dtype), image))
 
     def directions(self, pixels: ArrayLike) -> Reals:
         """Return the viewing directions of pixels: points of the unit sphere in the camera frame.
@@ -96,7 +100,7 @@ class OmnidirectionalCamera:
         -------
         array, (..., 3)
             Directions of norm 1; NaN for pixels outside the image of the sphere, which is bounded if `mirror` is
-            more than 1.
+            more than 1, and where the lens shows nothing.
 
         Raises
         ------
@@ -108,7 +112,7 @@ class OmnidirectionalCamera:
         The error is at most 1e-12 if the direction is at least 0.01 radians from the boundary of the visible
         directions.
         """
-        array = real_array(pixels, "pixels", (2,), "x y in pixels")
+        array = self.camera.undistort(pixels)
         inverse = np.linalg.inv(self.camera.intrinsics).astype(array.dtype)
         with np.errstate(invalid="ignore"):
             found = omnidirectional.lift_image(
@@ -133,7 +137,7 @@ class OmnidirectionalCamera:
         Raises
         ------
         TypeError, ValueError
-            If the arguments are not points.
+            If the arguments are not points, or if the camera has distortion: the image is then no conic.
         """
         one, two = self._places(first, second)
         conic = omnidirectional.image_conic_of_line(one.dtype.type(self.mirror), one, two)
@@ -171,7 +175,7 @@ class OmnidirectionalCamera:
         Raises
         ------
         TypeError, ValueError
-            If the arguments are not points, if `mirror` is not 1, or if pixels are not square.
+            If the arguments are not points, if `mirror` is not 1, if pixels are not square, or with distortion.
         """
         k: NDArray[np.float64] = self.camera.intrinsics
         if self.mirror != 1 or abs(k[0, 0]) != abs(k[1, 1]) or k[0, 1] != 0:
@@ -183,6 +187,9 @@ class OmnidirectionalCamera:
             return middle, np.asarray(np.abs(k[0, 0]) * np.sqrt(square))
 
     def _places(self, first: ArrayLike, second: ArrayLike) -> tuple[Reals, Reals]:
+        """Return two points of lines, whose images are conics, in the frame of the camera."""
+        if self.camera.distortion is not None:
+            raise ValueError("camera: with distortion; expected none, for conics and circles in undistorted pixels")
         one, two = real_array(first, "first", (3,), "x y z"), real_array(second, "second", (3,), "x y z")
         back = pga3.move_point_back
         return back(self.camera.pose, one.astype(float)), back(self.camera.pose, two.astype(float))

@@ -14,7 +14,7 @@ from ..evidence.misfit import contradicts, explained_by, root_of
 from ..precision import NEGLIGIBLE, SINGLE
 from .normalization import flatness, homogeneous, similarity
 from .planes import linear_homography
-from .status import VisionStatus, check_points
+from .status import VisionStatus, check_points, one_set
 
 _BENDINGS = 4
 """Number of terms of `_bending`."""
@@ -84,7 +84,7 @@ def homographies_of(
 ) -> tuple[Reals, list[Reals], list[Reals], VisionStatus]:
     """Return the homography of each view, and the points and pixels; empty if the status is not OK."""
     given = listed(views, "views", "arrays (n, 2), x y")
-    pixels = [real_array(view, f"views[{k}]", (2,), "x y") for k, view in enumerate(given)]
+    pixels = [one_set(real_array(view, f"views[{k}]", (2,), "x y")) for k, view in enumerate(given)]
     places = planes_of(planes, len(pixels))
     pairs = list(zip(places, pixels, strict=True))
     states = [check_points({f"planes[{k}]": a, f"views[{k}]": b}, 4, "points") for k, (a, b) in enumerate(pairs)]

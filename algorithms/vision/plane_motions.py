@@ -14,7 +14,7 @@ from ..precision import ROOT
 from .camera import Camera, pinhole_pixels
 from .localization import intrinsics_of_camera
 from .normalization import homogeneous
-from .status import VisionStatus, check_points, refuse
+from .status import VisionStatus, check_points, one_set, refuse
 
 
 class PlaneMotions(NamedTuple):
@@ -79,7 +79,7 @@ def motions_of_plane(
         refuse(VisionStatus.DEGENERATE, "motions_of_plane", expected)
     seen = np.array([[0.0, 0, 1]])
     if pixels is not None:
-        seen = homogeneous(np.atleast_2d(pinhole_pixels(camera, pixels, "pixels")[1])) @ np.linalg.inv(k).T
+        seen = homogeneous(np.atleast_2d(one_set(pinhole_pixels(camera, pixels, "pixels")[1]))) @ np.linalg.inv(k).T
         refuse(
             check_points({"pixels": seen}, 1, "pixels"), "motions_of_plane", "finite pixels of the plane, at least one"
         )

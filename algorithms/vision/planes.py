@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from generated import linear_views, matrices, robust_views
 
 from ..arguments import Reals, real_array
-from ..evidence import Freedom, Problem, check_sampling
+from ..evidence import Freedom, Problem, check_sampling, checked_scores
 from ..evidence.consensus import Indices
-from ..precision import NEGLIGIBLE, rounding_of
-from .robust import RobustEstimate, no_estimate, robust_estimate
-from .status import VisionStatus, check_points, refuse
+from ..precision import CONVERGED, NEGLIGIBLE, rounding_of
+from .robust import SHORT, RobustEstimate, estimate, no_estimate, robust_estimate
+from .status import VisionStatus, check_points, one_set, refuse
 
 _NOISE = 1.5
 """A singular value below this multiple of the last one is noise."""
 _SQUARE = 1e-14
 """From floating point: a squared singular value below this fraction of the first is rounding."""
 _FREEDOM = Freedom(sample_size=4, parameters=8, codimension=2, solutions=1, false_alarms=1e-2)
+_STEPS = 20.0
+"""A limit on work: the number of steps from a minimum that is not precise."""
 
 
 def homography(first: ArrayLike, second: ArrayLike) -> Reals:
@@ -26,7 +30,7 @@ def homography(first: ArrayLike, second: ArrayLike) -> Reals:
 
     Parameters
     ----------
-    first, second : array_like, (n, 2)
+    first, second : array_like, (n, 2) or (n, 1, 2)
         At least four points, with no three of four on a line.
 
     Returns
@@ -41,7 +45,7 @@ def homography(first: ArrayLike, second: ArrayLike) -> Reals:
     DegenerateError
         If there are too few points, or if they are not finite or nearly all on a line.
     """
-    one, two = real_array(first, "first", (2,), "x y"), real_array(second, "second", (2,), "x y")
+    one, two = (one_set(real_array(x, name, (2,), "x y")) for x, name in ((first, "first"), (second, "second")))
     status = check_points({"first": one, "second": two}, 4, "points")
     refuse(status, "homography", "at least 4 finite points")
     least = rounding_of(one, two, part=NEGLIGIBLE)
@@ -83,12 +87,14 @@ def robust_homography(
     seed: int = 0,
     confidence: float = 0.999,
     max_samples: int = 5000,
+    *,
+    scores: ArrayLike | None = None,
 ) -> RobustEstimate:
     """Estimate the homography with which most pairs of points agree.
 
     Parameters
     ----------
-    first, second : array_like, (n, 2)
+    first, second : array_like, (n, 2) or (n, 1, 2)
     threshold : float
         Distance in pixels of the second image from which a partner counts as wrong.
     seed : int
@@ -97,6 +103,9 @@ def robust_homography(
         Probability, between 0 and 1, that a sample without wrong points is drawn.
     max_samples : int
         Maximum number of samples, at least 1.
+    scores : array_like, (n,), optional
+        How likely pairs are right, in relation to each other, such as 1 minus the ratio of distances of descriptors:
+        half of the samples are drawn by them, so that misleading ones at most double the work.
 
     Returns
     -------
@@ -112,18 +121,20 @@ def robust_homography(
         `max_samples` is less than 1.
     """
     check_sampling(threshold, confidence, max_samples)
-    one, two = real_array(first, "first", (2,), "x y"), real_array(second, "second", (2,), "x y")
+    one, two = (one_set(real_array(x, name, (2,), "x y")) for x, name in ((first, "first"), (second, "second")))
     status = check_points({"first": one, "second": two}, 4, "points")
     if status != VisionStatus.OK:
         return no_estimate(status, len(one))
     one, two = one.astype(np.float64), two.astype(np.float64)
-    problem = homography_problem(one, two)
+    problem = replace(homography_problem(one, two), scores=checked_scores(scores, len(one)))
     found = robust_estimate(problem, threshold, np.random.default_rng(seed), confidence, max_samples)
     if found.status != VisionStatus.OK:
         return found
     if _is_open(one.compress(found.inliers, axis=0), two.compress(found.inliers, axis=0)):
         return no_estimate(VisionStatus.DEGENERATE, len(one), n_samples=found.n_samples)
-    return found
+    limit = threshold * threshold
+    model, _ = robust_views.descend_homography(found.model, one, two, limit, _STEPS, CONVERGED)
+    return estimate(problem, model, threshold, found.n_samples)
 
 
 def _is_open(first: Reals, second: Reals) -> bool:
@@ -157,6 +168,6 @@ def homography_problem(first: Reals, second: Reals, in_both: bool = False) -> Pr
 
     def descend(models: Reals, threshold: float, at_most: float) -> Reals:
         limit = ratio * threshold * threshold
-        return np.asarray(robust_views.descend_homography(models, first, second, limit, at_most)[0])
+        return np.asarray(robust_views.descend_homography(models, first, second, limit, at_most, SHORT)[0])
 
     return Problem(first, second, _FREEDOM, solve, distances, costs, descend)

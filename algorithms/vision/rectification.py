@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 
 from generated import pga3, projective2
 
-from ..arguments import Reals, finite_number, real_array
-from ..precision import NEGLIGIBLE
+from ..arguments import Reals, check_pixels, real_array
+from ..precision import NEGLIGIBLE, ROUNDING
 from .camera import Camera
 from .status import DegenerateError, VisionStatus
 from .stereo import RectifiedPair
@@ -194,8 +194,7 @@ def rectify(
     for camera, name in ((first, "first"), (second, "second")):
         if not isinstance(camera, Camera):
             raise TypeError(f"{name}: {type(camera).__name__}; expected a Camera")
-    if focal_length is not None and finite_number(focal_length, "focal_length") <= 0:
-        raise ValueError(f"focal_length: {focal_length}; expected more than 0 pixels, or None")
+    check_pixels(focal_length, "focal_length")
     frames = [pga3.motor_to_matrix(camera.pose) for camera in (first, second)]
     turn = _common_axes(*frames)
     low, high = np.empty((2, 2)), np.empty((2, 2))
@@ -229,7 +228,7 @@ def _common_axes(first: Reals, second: Reals) -> Reals:
     """Return the axes of the rectified cameras, as rows, in the world frame."""
     line = second[:3, 3] - first[:3, 3]
     length = np.linalg.norm(line)
-    if not length > NEGLIGIBLE * np.abs([first[:3, 3], second[:3, 3]]).max():
+    if not length > ROUNDING * np.abs([first[:3, 3], second[:3, 3]]).max():
         raise DegenerateError("rectify: equal centres; expected two places", VisionStatus.DEGENERATE)
     x = line / length
     mean = first[:3, :3] + second[:3, :3]

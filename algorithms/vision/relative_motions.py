@@ -100,7 +100,7 @@ class Scene:
         one, two = self.directions()
 
         def solve(sets: Indices) -> Reals:
-            return essential_matrices(one[sets], two[sets])[0]
+            return essential_of_sets(one[sets], two[sets])[0]
 
         def distances(models: Reals, first: Reals, second: Reals) -> Reals:
             return np.sqrt(relative_poses.squared_distances(self.fundamental(models), first, second))
@@ -247,7 +247,7 @@ def steps_to(motor: Reals, others: Reals) -> Reals:
     return np.concatenate([turn, steps], -1)
 
 
-def essential_matrices(first: Reals, second: Reals) -> tuple[Reals, Reals]:
+def essential_of_sets(first: Reals, second: Reals) -> tuple[Reals, Reals]:
     """Return all real essential matrices (m, 3, 3) of sets (b, 5, 2) of five pairs of directions, and their sets (m,).
 
     The norm of a matrix is the square root of 2.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,6 +15,7 @@ from ..evidence import (
     Freedom,
     Noise,
     check_sampling,
+    checked_scores,
     consensus,
     growth_by_threshold,
     largest_likely,
@@ -31,7 +32,7 @@ from .normalization import extents
 from .pose_refinement import pixel_noise
 from .relative_motions import FREEDOM, Motions, Scene, halfway, joined, steps_to
 from .robust import ALL, consensus_status
-from .status import VisionStatus, check_points, distinct
+from .status import VisionStatus, check_points, distinct, one_set
 
 CONFIDENCE = 0.999
 """A probability: that a sample without wrong pairs is drawn."""
@@ -89,6 +90,7 @@ def relative_pose(
     *,
     threshold: float | None = None,
     seed: int = 0,
+    scores: ArrayLike | None = None,
 ) -> RelativePose:
     """Estimate the motion between two calibrated views from pairs of pixels (`recoverPose`, `findEssentialMat`).
 
@@ -111,6 +113,9 @@ def relative_pose(
         pixels. By default all pairs are used.
     seed : int
         Seed of the random samples; the same seed gives the same result.
+    scores : array_like, (n,), optional
+        How likely pairs are right, in relation to each other, such as 1 minus the ratio of distances of descriptors:
+        half of the samples are drawn by them, so that misleading ones at most double the work.
 
     Returns
     -------
@@ -132,7 +137,7 @@ def relative_pose(
         positive.
     """
     other = camera if second_camera is None else second_camera
-    one, two = _pixels(first, "first", camera), _pixels(second, "second", other)
+    one, two = undistorted(first, "first", camera), undistorted(second, "second", other)
     k, k_two = intrinsics_of_camera(camera), intrinsics_of_camera(other)
     if threshold is not None:
         check_sampling(threshold, CONFIDENCE, MAX_SAMPLES)
@@ -144,7 +149,7 @@ def relative_pose(
     scene = _scene(one, two, k, k_two)
     if threshold is None:
         return estimate_motion(scene, np.ones(len(one), bool), np.empty((0, 3, 3)), None, seed, 0)
-    problem = scene.problem()
+    problem = replace(scene.problem(), scores=checked_scores(scores, len(one)))
     found = consensus(problem, threshold, seed, CONFIDENCE, MAX_SAMPLES)
     status = consensus_status(problem, found, threshold, seed)
     if status != VisionStatus.OK or found.best is None:
@@ -359,11 +364,9 @@ def _no_pose(status: VisionStatus, n_points: int, rotation: Reals | None = None,
     )
 
 
-def _pixels(value: ArrayLike, name: str, camera: Camera | ArrayLike) -> Reals:
+def undistorted(value: ArrayLike, name: str, camera: Camera | ArrayLike) -> Reals:
     """Return pixels (n, 2) of the camera without distortion, also from (n, 1, 2)."""
-    array = real_array(value, name, (2,), "x y in pixels")
-    if array.ndim == 3 and array.shape[1] == 1:
-        array = array[:, 0]
+    array = one_set(real_array(value, name, (2,), "x y in pixels"))
     return np.asarray(camera.undistort(array) if isinstance(camera, Camera) else array, np.float64)
 
 

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from generated import pga3, rig_poses
 
-from ..arguments import Reals, as_given, finite_number, listed, real_array
-from ..evidence import Freedom, Noise, Problem, all_or_some_sets, check_sampling
+from ..arguments import Reals, as_given, check_pixels, listed, real_array
+from ..evidence import Freedom, Noise, Problem, all_or_some_sets, check_sampling, checked_scores
 from ..evidence.sampling import without_copies
 from ..evidence.triangles import from_triangle
 from .camera import Camera
@@ -20,7 +20,7 @@ from .localization_results import Localization, no_localization
 from .pose_refinement import Poses, camera_motors, deviations, growth_of_poses, judged_poses, ordered, pixel_noise
 from .robust import ALL, robust_estimate
 from .starts import BEST, SETS, STEPS, real_roots
-from .status import VisionStatus, check_points, distinct
+from .status import VisionStatus, check_points, distinct, one_set
 
 _FREEDOM = Freedom(sample_size=3, parameters=6, codimension=2, solutions=8, false_alarms=1e-2)
 
@@ -35,6 +35,8 @@ def localize_rig(
     confidence: float = 0.999,
     max_samples: int = 10000,
     noise: float | None = None,
+    *,
+    scores: ArrayLike | None = None,
 ) -> Localization:
     """Estimate the pose of a rig of cameras from known points and their pixels (generalised absolute pose).
 
@@ -46,13 +48,13 @@ def localize_rig(
     ----------
     points : array_like, (n, 3)
         World coordinates of at least four points. A point that several cameras see is repeated.
-    pixels : array_like, (n, 2)
+    pixels : array_like, (n, 2) or (n, 1, 2)
     cameras : sequence of Camera
         The cameras of the rig, with poses in the frame of the rig, such as those of `calibrate_stereo`. The distortion
         of their lenses is removed from the pixels first.
     camera : array_like of int, (n,)
         The number of the camera that sees a point.
-    threshold, seed, confidence, max_samples, noise
+    threshold, seed, confidence, max_samples, noise, scores
         As in `localize`. Without a threshold, all pixels are used.
 
     Returns
@@ -68,13 +70,12 @@ def localize_rig(
         If the numbers of points, pixels and `camera` differ, if `camera` is not the number of a camera, or if an option
         is invalid, as in `localize`.
     """
-    places = real_array(points, "points", (3,), "x y z").astype(np.float64)
-    image = real_array(pixels, "pixels", (2,), "x y in pixels").astype(np.float64)
+    places = one_set(real_array(points, "points", (3,), "x y z")).astype(np.float64)
+    image = one_set(real_array(pixels, "pixels", (2,), "x y in pixels")).astype(np.float64)
     which = _checked_numbers(camera, cameras, len(places))
     if threshold is not None:
         check_sampling(threshold, confidence, max_samples)
-    if noise is not None and finite_number(noise, "noise") <= 0:
-        raise ValueError(f"noise: {noise}; expected more than 0 pixels, or None")
+    check_pixels(noise, "noise")
     status = check_points({"points": places, "pixels": image}, 4, "points")
     if status == VisionStatus.OK:
         image = image.copy()
@@ -85,12 +86,14 @@ def localize_rig(
         status = VisionStatus.TOO_FEW
     if status != VisionStatus.OK:
         return no_localization(status, len(places))
+    weights = checked_scores(scores, len(places))
     kept, again = without_copies(image, places, which[:, None])
     scene = _Rig(places[kept], image[kept], cameras, which[kept], noise)
     inliers: Reals = np.ones(len(kept), bool)
     starts = None
     if threshold is not None:
-        estimate = robust_estimate(scene.problem(), threshold, seed, confidence, max_samples)
+        problem = replace(scene.problem(), scores=weights if weights is None else weights[kept])
+        estimate = robust_estimate(problem, threshold, seed, confidence, max_samples)
         if estimate.status != VisionStatus.OK:
             return no_localization(estimate.status, len(places))
         inliers, starts = estimate.inliers, estimate.model[None]

@@ -10,14 +10,14 @@ from numpy.typing import ArrayLike
 from generated import projective2, relative_poses, robust_views
 
 from ..arguments import Reals, real_array
-from ..evidence import Freedom, Problem, Seed, check_sampling, consensus, explained_by_chance, polished
+from ..evidence import Freedom, Problem, Seed, check_sampling, checked_scores, consensus, explained_by_chance, polished
 from ..evidence.consensus import Indices, without_nan
 from ..evidence.noise import tail_of
 from .degeneracy import WIDE, degenerate, displaced_by_chance, hidden_by_a_line, off_lines
 from .normalization import extents, homogeneous
 from .planes import homography_problem
-from .robust import ALL, RobustEstimate, consensus_status, estimate, no_estimate, robust_estimate
-from .status import VisionStatus, check_points
+from .robust import ALL, SHORT, RobustEstimate, consensus_status, estimate, no_estimate, robust_estimate
+from .status import VisionStatus, check_points, one_set
 
 _FREEDOM = Freedom(sample_size=7, parameters=7, codimension=1, solutions=3, false_alarms=1.0)
 """Of 400 sets of 20 random pairs the least bound was 80; for more pairs it was higher."""
@@ -42,6 +42,8 @@ def robust_fundamental_matrix(
     seed: int = 0,
     confidence: float = 0.999,
     max_samples: int = 100000,
+    *,
+    scores: ArrayLike | None = None,
 ) -> RobustEstimate:
     """Estimate the fundamental matrix with which most correspondences agree.
 
@@ -53,7 +55,7 @@ def robust_fundamental_matrix(
 
     Parameters
     ----------
-    first, second : array_like, (n, 2)
+    first, second : array_like, (n, 2) or (n, 1, 2)
         Pixels of both images, n at least 8.
     threshold : float
         The Sampson distance, in pixels, from which a correspondence counts as wrong; twice the noise of pixels is a
@@ -64,6 +66,9 @@ def robust_fundamental_matrix(
         Probability, between 0 and 1, that a sample without wrong points is drawn.
     max_samples : int
         Maximum number of samples, at least 1. The default suffices for 70 % of wrong pairs.
+    scores : array_like, (n,), optional
+        How likely pairs are right, in relation to each other, such as 1 minus the ratio of distances of descriptors:
+        half of the samples are drawn by them, so that misleading ones at most double the work.
 
     Returns
     -------
@@ -83,13 +88,14 @@ def robust_fundamental_matrix(
         `max_samples` is less than 1.
     """
     check_sampling(threshold, confidence, max_samples)
-    one, two = real_array(first, "first", (2,), "x y"), real_array(second, "second", (2,), "x y")
+    one, two = (one_set(real_array(x, name, (2,), "x y")) for x, name in ((first, "first"), (second, "second")))
     status = check_points({"first": one, "second": two}, 8, "points")
     if status != VisionStatus.OK:
         return no_estimate(status, len(one))
     one, two = one.astype(np.float64), two.astype(np.float64)
 
-    problem, rng = _problem(one, two), np.random.default_rng(seed)
+    problem = replace(_problem(one, two), scores=checked_scores(scores, len(one)))
+    rng = np.random.default_rng(seed)
     if min(extents(one)[0], extents(two)[0]) <= threshold * np.sqrt(len(one)):
         return no_estimate(VisionStatus.DEGENERATE, len(one))  # all on one line
     found = robust_estimate(problem, threshold, rng, confidence, max_samples)
@@ -105,9 +111,7 @@ def _likeliest(problem: Problem, found: RobustEstimate, threshold: float) -> Rob
     Pixels of features are not equally exact, so that least squares would depend on the least exact ones.
     """
     good = problem.first.compress(found.inliers, axis=0), problem.second.compress(found.inliers, axis=0)
-    tail = tail_of(relative_poses.squared_distances(found.model, *good))
-    if not np.isfinite(tail):
-        return found
+    tail = min(tail_of(relative_poses.squared_distances(found.model, *good)), ALL)
     model, _ = robust_views.likeliest_fundamental(found.model, *good, ALL, tail, _STEPS)
     before, after = (
         np.log1p(relative_poses.squared_distances(each, *good) / tail).sum() for each in (found.model, model)
@@ -123,7 +127,8 @@ def _problem(first: Reals, second: Reals) -> Problem:
         return np.asarray(models[np.arange(3) < number[:, None]])
 
     def descend(models: Reals, threshold: float, at_most: float) -> Reals:
-        return np.asarray(robust_views.descend_fundamental(models, first, second, threshold * threshold, at_most)[0])
+        limit = threshold * threshold
+        return np.asarray(robust_views.descend_fundamental(models, first, second, limit, at_most, SHORT)[0])
 
     return Problem(first, second, _FREEDOM, solve, _distances, _costs, descend)
 
@@ -244,5 +249,6 @@ def _parallax(
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(models / np.linalg.norm(models, axis=(-1, -2), keepdims=True))
 
-    off = replace(problem, first=one, second=two, freedom=_OFF_A_PLANE, solve=solve)
+    scores = None if problem.scores is None else problem.scores[~on_plane]
+    off = replace(problem, first=one, second=two, freedom=_OFF_A_PLANE, solve=solve, scores=scores)
     return robust_estimate(off, threshold, seed, confidence, len(one) ** 2 + 5000)

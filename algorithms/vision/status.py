@@ -58,6 +58,11 @@ def check_points(arrays: dict[str, Reals], least: int, what: str) -> VisionStatu
     return VisionStatus.OK
 
 
+def one_set(array: Reals) -> Reals:
+    """Return points (n, d), also from (n, 1, d), the shape of OpenCV's."""
+    return array[:, 0] if array.ndim == 3 and array.shape[1] == 1 else array
+
+
 def distinct(places: Reals, least: int) -> int:
     """Return the number of distinct points, counted up to `least`."""
     found: set[bytes] = set()

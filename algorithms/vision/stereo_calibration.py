@@ -18,7 +18,7 @@ from .camera import Camera
 from .plane_adjustment import N_POSE, Descended, Views, views_of
 from .plane_equations import planes_of
 from .starts import BEST
-from .status import VisionStatus
+from .status import VisionStatus, one_set
 from .stereo_planes import TO_TWIST, Pair, StereoFit, agreed, camera_of, eye_of
 
 _UNITS = Noise(1.0, 4.0)
@@ -210,7 +210,7 @@ def _checked(
     """Return the views of both cameras, with points relative to the same centroids."""
     pixels = [
         [
-            real_array(view, f"{name}[{k}]", (2,), "x y in pixels")
+            one_set(real_array(view, f"{name}[{k}]", (2,), "x y in pixels"))
             for k, view in enumerate(listed(views, name, "arrays (n, 2), x y"))
         ]
         for views, name in ((first, "first"), (second, "second"))
@@ -221,8 +221,6 @@ def _checked(
     places = planes_of(planes, n)
     for views, name in zip(pixels, ("first", "second"), strict=True):
         for k, (image, place) in enumerate(zip(views, places, strict=True)):
-            if image.ndim == 3 and image.shape[1] == 1:
-                views[k] = image = image[:, 0]
             if place.ndim != 2 or image.shape != place.shape:
                 raise ValueError(f"{name}[{k}]: shape {image.shape}; expected {place.shape}, a pixel for each point")
             if (np.isnan(image[:, 0]) != np.isnan(image[:, 1])).any():

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from generated import projective3
 
-from ..arguments import Reals, finite_number, listed
+from ..arguments import Reals, check_pixels, listed
 from ..evidence import gate_of, largest_ratio
 from ..precision import ROUNDING
 from .camera import Camera, pinhole_pixels
@@ -88,8 +88,7 @@ def triangulation(
     TypeError, ValueError
         If there are not two cameras and two arrays of pixels, or `noise` is not positive.
     """
-    if noise is not None and finite_number(noise, "noise") <= 0:
-        raise ValueError(f"noise: {noise}; expected more than 0 pixels, or None")
+    check_pixels(noise, "noise")
     one, two, first, second, place = _two(cameras, pixels)
     views, images = (one, two), (first, second)
     points = _points(one, two, first, second)

@@ -9,14 +9,14 @@ from numpy.typing import ArrayLike
 
 from generated import projective3
 
-from ..arguments import Reals, finite_number, real_array
+from ..arguments import Reals, check_pixels, real_array
 from ..precision import ROUNDING
 from .camera import Camera
 from .centring import centred_cameras
 from .degeneracy import degenerate
 from .fundamental import eight_points, refined, seven_points
 from .robust_fundamental import robust_fundamental_matrix
-from .status import VisionStatus, check_points, refuse
+from .status import VisionStatus, check_points, one_set, refuse
 
 Method = Literal["8-point", "7-point", "robust"]
 
@@ -37,7 +37,7 @@ def fundamental_matrix(
 
     Parameters
     ----------
-    first, second : Camera or array_like, (..., 3, 4) or (n, 2)
+    first, second : Camera or array_like, (..., 3, 4), (n, 2) or (n, 1, 2)
         Cameras without distortion or camera matrices, whose leading axes broadcast; or pixels without distortion.
     method : {"8-point", "7-point", "robust"}
         The method for pixels: "8-point" is the normalised eight-point algorithm, with n at least 8; "7-point" solves
@@ -98,11 +98,10 @@ def fundamental_matrix(
 def _from_pixels(
     first: ArrayLike, second: ArrayLike, method: Method, refine: bool, seed: int, noise: float | None
 ) -> Reals:
-    one, two = _pixels(first, "first"), _pixels(second, "second")
+    one, two = one_set(_pixels(first, "first")), one_set(_pixels(second, "second"))
     if method not in ("8-point", "7-point", "robust"):
         raise ValueError(f"method: {method!r}; expected '8-point', '7-point' or 'robust'")
-    if noise is not None and finite_number(noise, "noise") <= 0:
-        raise ValueError(f"noise: {noise}; expected more than 0 pixels, or None")
+    check_pixels(noise, "noise")
     where, least = "fundamental_matrix", 7 if method == "7-point" else 8
     expected = f"at least {least} finite points, not on one plane or line, seen from two centres"
     refuse(check_points({"first": one, "second": two}, least, "points"), where, expected)

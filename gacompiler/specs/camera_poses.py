@@ -220,52 +220,14 @@ def follow_poses(starts, k, places, pixels, bounds, soon, at_most):
         Of each, the sum of squares, 1 if a minimum was reached, else 0, the sum that linear equations would leave, and
         1 if all points are in front of the camera, else 0.
     """
-    numbers = row_numbers(starts)
-    last = fold(maximum, 0, numbers)
-
-    def reached(pose, steps):
-        after, table, (cost, ended, _, lowest, ahead) = _descended(pose, k, places, pixels, ALL, steps)
-        return (*(x for row in after for x in row), *table, cost, ended, lowest, ahead)
-
-    def less(best, row, is_used):
-        return select(is_used > 0, select(row[36] > 0, select(row[33] < best, 1, 0), 0), 0)
-
-    def limit_of(rows, of_last):
-        def lesser(best, row, number):
-            return select(less(best, row, maximum(of_last, number < last)) > 0, row[33], best)
-
-        best = fold(lesser, UNKNOWN, rows, numbers)
-        return maximum(*(a + b * best for a, b in bounds))
-
-    def goes_on(row, number, limit, of_last):
-        is_open = select(row[34] > 0, 0, select(row[33] < ALL, select(row[35] > limit, 0, 1), 0))
-        return select(equal(of_last, equal(number, last)), is_open, 0)
-
-    def followed(rows, of_last):
-        def stepped(state):
-            before, done, _ = state
-            limit, steps = limit_of(before, of_last), minimum(soon, at_most - done)
-
-            def further(row, number):
-                active = goes_on(row, number, limit, of_last)
-                return choose(active > 0, reached(_pose_of(row), select(active > 0, steps + 1, 0)), row)
-
-            after = each(further, before, numbers)
-            next_limit = limit_of(after, of_last)
-
-            def any_goes_on(found, row, number):
-                return maximum(found, goes_on(row, number, next_limit, of_last))
-
-            return after, done + steps, fold(any_goes_on, 0, after, numbers)
-
-        return iterate(stepped, (rows, 0, 1), lambda _, new: new[2] <= 0, at_most)[0][0]
-
-    found = followed(each(lambda pose, number: reached(pose, number < last), starts, numbers), 0)
+    follow = _Following(starts, k, places, pixels, bounds, soon, at_most)
+    numbers, last = follow.numbers, follow.last
+    found = follow.to_minima(each(lambda pose, number: follow.reached(pose, number < last), starts, numbers), 0)
 
     def better(best, row, number):
         # Without a pose in front of the camera, the one with the least sum is reversed.
         is_used = number < last
-        ahead = less(select(best[36] > 0, best[33], UNKNOWN), row, is_used)
+        ahead = _less(select(best[36] > 0, best[33], UNKNOWN), row, is_used)
         behind = select(best[36] > 0, 0, select(row[36] > 0, 0, select(row[33] < best[33], is_used, 0)))
         return choose(maximum(ahead, behind) > 0, row, best)
 
@@ -274,11 +236,70 @@ def follow_poses(starts, k, places, pixels, bounds, soon, at_most):
 
     def filled(row, number):
         is_last = equal(number, last)
-        return choose(is_last, reached(mirrored, is_last), row)
+        return choose(is_last, follow.reached(mirrored, is_last), row)
 
-    found = followed(each(filled, found, numbers), 1)
+    found = follow.to_minima(each(filled, found, numbers), 1)
     found = _ordered(found, numbers)
     return each(_pose_of, found), each(lambda row: _whole(row[12:33]), found), each(lambda row: row[33:37], found)
+
+
+class _Following:
+    """Descents of `follow_poses` from several starts.
+
+    A row has the pose, the triangle of its normal equations, the sum of squares, 1 if it is a minimum, the sum that
+    linear equations leave, and 1 if all points are in front of the camera.
+    """
+
+    def __init__(self, starts, k, places, pixels, bounds, soon, at_most):
+        self.k, self.places, self.pixels, self.bounds = k, places, pixels, bounds
+        self.soon, self.at_most = soon, at_most
+        self.numbers = row_numbers(starts)
+        self.last = fold(maximum, 0, self.numbers)
+
+    def reached(self, pose, steps):
+        """Return the row of a pose after some steps."""
+        after, table, (cost, ended, _, lowest, ahead) = _descended(pose, self.k, self.places, self.pixels, ALL, steps)
+        return (*(x for row in after for x in row), *table, cost, ended, lowest, ahead)
+
+    def to_minima(self, rows, of_last):
+        """Return rows after descents that end where they cannot lead to the best: of the last row, or of the others."""
+
+        def stepped(state):
+            before, done, _ = state
+            limit, steps = self._limit(before, of_last), minimum(self.soon, self.at_most - done)
+
+            def further(row, number):
+                active = self._goes_on(row, number, limit, of_last)
+                return choose(active > 0, self.reached(_pose_of(row), select(active > 0, steps + 1, 0)), row)
+
+            after = each(further, before, self.numbers)
+            next_limit = self._limit(after, of_last)
+
+            def any_goes_on(found, row, number):
+                return maximum(found, self._goes_on(row, number, next_limit, of_last))
+
+            return after, done + steps, fold(any_goes_on, 0, after, self.numbers)
+
+        return iterate(stepped, (rows, 0, 1), lambda _, new: new[2] <= 0, self.at_most)[0][0]
+
+    def _limit(self, rows, of_last):
+        """Return the sum beyond which linear equations rule out a row."""
+
+        def lesser(best, row, number):
+            return select(_less(best, row, maximum(of_last, number < self.last)) > 0, row[33], best)
+
+        best = fold(lesser, UNKNOWN, rows, self.numbers)
+        return maximum(*(a + b * best for a, b in self.bounds))
+
+    def _goes_on(self, row, number, limit, of_last):
+        """Return 1 if a descent goes on, else 0."""
+        is_open = select(row[34] > 0, 0, select(row[33] < ALL, select(row[35] > limit, 0, 1), 0))
+        return select(equal(of_last, equal(number, self.last)), is_open, 0)
+
+
+def _less(best, row, is_used):
+    """Return 1 if a row that is used has all points in front of the camera and a lower sum, else 0."""
+    return select(is_used > 0, select(row[36] > 0, select(row[33] < best, 1, 0), 0), 0)
 
 
 def _pose_of(row):

@@ -226,13 +226,14 @@ def _slope_of_factors(matrix, slopes):
 
 
 @kernel(
-    matrix=THREE, first=PIXELS, second=PIXELS, limit=SCALAR, at_most=SCALAR,
+    matrix=THREE, first=PIXELS, second=PIXELS, limit=SCALAR, at_most=SCALAR, settled=SCALAR,
     returns=(THREE, array(SCALAR, 3)),
 )  # fmt: skip
-def descend_homography(matrix, first, second, limit, at_most):
+def descend_homography(matrix, first, second, limit, at_most, settled):
     """Find the homography near another with the least `transfer_squares`, each at most `limit`.
 
-    Steps of Levenberg and Marquardt are by eight entries of a matrix that precedes it, for normalised pixels.
+    Steps of Levenberg and Marquardt are by eight entries of a matrix that precedes it, for normalised pixels. The last
+    step is expected to decrease the sum of squares by the part `settled` at most.
 
     Returns
     -------
@@ -270,7 +271,7 @@ def descend_homography(matrix, first, second, limit, at_most):
         steps = [x for row in product(now, change) for x in row]
         return unit([a + b for a, b in zip(state, steps, strict=True)])
 
-    found = descend(unit([x for row in start for x in row]), 8, equations, moved, at_most)
+    found = descend(unit([x for row in start for x in row]), 8, equations, moved, at_most, settled=settled)
     *rows, last = found.state[:3], found.state[3:6], found.state[6:]
     rows = [[a + m * b for a, b in zip(row, last, strict=True)] for row, m in zip(rows, there, strict=True)]
     entries = [
@@ -398,11 +399,13 @@ class _RankTwo:
 
 
 @kernel(
-    matrix=THREE, first=OWN_PIXELS, second=OWN_PIXELS, limit=SCALAR, at_most=SCALAR,
+    matrix=THREE, first=OWN_PIXELS, second=OWN_PIXELS, limit=SCALAR, at_most=SCALAR, settled=SCALAR,
     returns=(THREE, array(SCALAR, 3)),
 )  # fmt: skip
-def descend_fundamental(matrix, first, second, limit, at_most):
+def descend_fundamental(matrix, first, second, limit, at_most, settled):
     """Find the matrix of rank 2 near another with the least squares of Sampson distances, each at most `limit`.
+
+    The last step is expected to decrease the sum of squares by the part `settled` at most.
 
     Returns
     -------
@@ -414,7 +417,7 @@ def descend_fundamental(matrix, first, second, limit, at_most):
     near = _RankTwo(matrix, first, second)
     square = near.scale * near.scale
     bound = minimum(limit * square, ALL)
-    found = descend(near.start, 7, lambda state: near.equations(state, bound), near.moved, at_most, SMALL)
+    found = descend(near.start, 7, lambda state: near.equations(state, bound), near.moved, at_most, SMALL, settled)
     return _of_pixels(near.matrix(found.state), near.left, near.right), (found.cost / square, found.ended, found.steps)
 
 

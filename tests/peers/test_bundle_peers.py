@@ -11,6 +11,7 @@ import scipy
 from bundle_scenes import BundleScene, bundle_scene, disturbed
 
 from algorithms.vision import BundleAdjustment, Camera, Observations, VisionStatus, bundle_adjust, read_bal, write_bal
+from benchmarks.vision_bundles import pycolmaps
 from generated import bundles, pga3
 
 pytestmark = pytest.mark.peers
@@ -97,6 +98,23 @@ def test_minimum_is_gtsams(c: int, m: int, share: float) -> None:
     found = bundle_adjust(cameras, points, table)
     assert found.status == VisionStatus.OK
     assert found.cost == pytest.approx(gtsams(cameras, points, table), rel=1e-9)
+
+
+def test_minimum_is_pycolmaps() -> None:
+    """Ceres, from the same start."""
+    pytest.importorskip("pycolmap")
+    scene = bundle_scene(8, 100, seed=53)
+    cameras, points = disturbed(scene)
+    table = seen_twice(scene)
+    present = np.unique(table.point)
+    table = Observations(table.camera, np.searchsorted(present, table.point), table.pixels)
+    found = bundle_adjust(cameras, points[present], table)
+    theirs = pycolmaps(cameras, points[present], table, 1e-14)()
+    theirs.update_point_3d_errors()
+    assert found.status == VisionStatus.OK
+    # Errors of points are means over the images that show them.
+    expected = sum(p.error * p.track.length() for p in theirs.points3D.values()) / len(table.camera)
+    assert found.residuals.mean() == pytest.approx(expected, rel=1e-6)
 
 
 def test_minimum_is_scipys_with_the_same_jacobian() -> None:

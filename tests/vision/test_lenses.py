@@ -195,11 +195,39 @@ def test_functions_of_matrices_refuse_lenses() -> None:
         lambda: vision.fundamental_matrix(plain, bent),
         lambda: vision.trifocal_tensor(plain, plain, bent),
         lambda: vision.quadrifocal_tensor(bent, plain, plain, plain),
-        lambda: OmnidirectionalCamera(bent, 1.0),
     ):
         with pytest.raises(ValueError, match="pinhole"):
             call()
     assert vision.fundamental_matrix(plain, bent.pinhole).shape == (3, 3)
+
+
+@pytest.mark.parametrize("mirror", [0.0, 0.8, 1.0, 1.4])
+def test_the_unified_model_with_distortion(mirror: float) -> None:
+    """Mei's formulas: the sphere, the plane seen from the pole, Brown's polynomial there, and K."""
+    rng = np.random.default_rng(130)
+    k1, k2, p1, p2 = -0.2, 0.03, 1e-3, -2e-3
+    lens = Distortion("brown", (k1, k2, p1, p2))
+    eye = OmnidirectionalCamera.from_intrinsics((300.0, 310.0), (320, 240), mirror, POSE, lens)
+    sights = rng.normal(size=(500, 3))
+    sights = sights[sights[:, 2] > 0.5 * np.linalg.norm(sights, axis=1)]
+    x, y, z = (sights / np.linalg.norm(sights, axis=1, keepdims=True)).T
+    x, y = x / (z + mirror), y / (z + mirror)
+    square = x * x + y * y
+    radial = 1 + k1 * square + k2 * square**2
+    bent = [
+        x * radial + 2 * p1 * x * y + p2 * (square + 2 * x * x),
+        y * radial + p1 * (square + 2 * y * y) + 2 * p2 * x * y,
+    ]
+    seen = square < 0.9 * lens.limit**2
+    pixels = eye.project(pga3.move_point(POSE, 7 * sights))
+    assert seen.sum() > 100
+    assert np.allclose(pixels[seen], np.transpose(bent)[seen] * [300, 310] + [320, 240], rtol=0, atol=1e-9)
+    off = eye.directions(pixels)[seen] - (sights / np.linalg.norm(sights, axis=1, keepdims=True))[seen]
+    assert np.abs(off).max() < 1e-9
+    with pytest.raises(ValueError, match="distortion"):
+        eye.conic_of_line([0, 0, 1], [1, 0, 1])
+    with pytest.raises(ValueError, match="fisheye"):
+        OmnidirectionalCamera.from_intrinsics(300.0, (320, 240), mirror, distortion=FISHEYE)
 
 
 def test_invalid_lenses() -> None:

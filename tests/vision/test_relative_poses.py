@@ -7,9 +7,12 @@ from typing import Any
 import numpy as np
 import scipy
 from relative_scenes import K, cloud, essential, rotation, views
+from scipy.spatial.transform import Rotation
 
-from algorithms.vision.relative_motions import essential_matrices
+from algorithms import vision
+from algorithms.vision.relative_motions import essential_of_sets
 from generated import pga3, relative_poses
+from tests.support.all_cases import all_cases
 
 Array = np.ndarray[Any, Any]
 CENTRED = np.diag([800.0, 800.0, 1.0])
@@ -29,7 +32,7 @@ def directions(sets: int, seed: int) -> tuple[Array, Array, Array]:
 def test_five_points_have_the_true_matrix_among_their_solutions() -> None:
     """At most ten; without iterations on the result, errors are those of a polynomial of degree ten."""
     first, second, truth = directions(400, 1)
-    found, sets = essential_matrices(first, second)
+    found, sets = essential_of_sets(first, second)
     assert np.bincount(sets, minlength=400).max() <= 10 and len(np.unique(sets)) == 400
     off = np.minimum(*(np.abs(found - sign * truth[sets]).max((1, 2)) for sign in (1, -1)))
     least = np.full(400, np.inf)
@@ -40,7 +43,7 @@ def test_five_points_have_the_true_matrix_among_their_solutions() -> None:
 def test_five_points_give_essential_matrices_that_fit() -> None:
     """The determinant, the trace constraint and the five equations hold, and the norm is that of unit translations."""
     first, second, _ = directions(200, 2)
-    found, sets = essential_matrices(first, second)
+    found, sets = essential_of_sets(first, second)
     square = found @ np.swapaxes(found, 1, 2)
     cubic = 2 * square @ found - np.trace(square, axis1=1, axis2=2)[:, None, None] * found
     x, y = (np.concatenate([each[sets], np.ones((len(sets), 5, 1))], 2) for each in (first, second))
@@ -53,8 +56,8 @@ def test_five_points_give_essential_matrices_that_fit() -> None:
 def test_repeated_and_infinite_pairs_give_no_matrices() -> None:
     first, second, _ = directions(2, 3)
     first[0, 1], second[1, 2, 0] = np.nan, np.inf
-    assert not len(essential_matrices(first, second)[0])
-    assert np.isfinite(essential_matrices(np.zeros((1, 5, 2)), np.zeros((1, 5, 2)))[0]).all()
+    assert not len(essential_of_sets(first, second)[0])
+    assert np.isfinite(essential_of_sets(np.zeros((1, 5, 2)), np.zeros((1, 5, 2)))[0]).all()
 
 
 def test_four_motions_of_an_essential_matrix() -> None:
@@ -143,3 +146,31 @@ def test_pairs_behind_are_as_far_off_as_from_infinity() -> None:
     matrix[:3, 3] *= -1
     _, _, _, in_front = relative_poses.explain_pairs(pga3.motor_from_matrix(matrix), BACK, BACK, CENTRED, first, second)
     assert not in_front.any()
+
+
+@all_cases("n", [5, 8, 40])
+def test_public_essential_matrices_and_their_motions(n: int) -> None:
+    """The true matrix is one of them, and the true motion, with points in front, one of its four."""
+    rng = np.random.default_rng([160, n])
+    k, other = (
+        np.array([[700.0, 0, 320], [0, 710, 240], [0, 0, 1]]),
+        np.array([[500.0, 0, 300], [0, 500, 250], [0, 0, 1]]),
+    )
+    for _ in range(20):
+        z = rng.uniform(4, 9, n)
+        points = np.c_[rng.uniform(-0.4, 0.4, (n, 2)) * z[:, None], z]
+        turn = Rotation.from_rotvec(0.2 * rng.normal(size=3)).as_matrix()
+        way = rng.normal(size=3)
+        way /= np.linalg.norm(way)
+        there = points @ turn.T + way
+        pixels = [(p / p[:, 2:] @ m.T)[:, :2] for p, m in ((points, k), (there, other))]
+        truth = np.cross(np.eye(3), -way) @ turn
+        found = vision.essential_matrices(*pixels, k, other)
+        signs = np.sign((found * truth).sum((1, 2)))[:, None, None]
+        nearest = np.abs(signs * found - truth).max((1, 2)).argmin()
+        assert np.allclose(signs[nearest] * found[nearest], truth, atol=1e-6)
+        motions = pga3.motor_to_matrix(vision.motions_of_essential(-3 * found[nearest]))
+        ahead = [(points @ m[:3, :3].T + m[:3, 3])[:, 2] for m in motions]
+        off = np.abs(motions[:, :3] - np.c_[turn, way]).max((1, 2))
+        assert off.min() < 1e-5 and (ahead[off.argmin()] > 0).all() and len(motions) == 4
+    assert vision.motions_of_essential(found).shape == (len(found), 4, 8)

@@ -156,7 +156,7 @@ def test_descents_end_in_the_minima_of_scipy(seed: int) -> None:
     first = rng.uniform(0, 400, (n, 2))
     second = seen(matrix, first) + rng.normal(size=(n, 2))
     second[wrong] += 80
-    fitted, numbers = robust_views.descend_homography(matrix, first, second, 25.0, 50.0)
+    fitted, numbers = robust_views.descend_homography(matrix, first, second, 25.0, 50.0, 1e-14)
     used = robust_views.transfer_squares(fitted, first, second) < 25
     start = (fitted / fitted[2, 2]).ravel()[:8]
     known = minimum(lambda v: (seen(np.append(v, 1).reshape(3, 3), first[used]) - second[used]).ravel(), start)
@@ -165,7 +165,7 @@ def test_descents_end_in_the_minima_of_scipy(seed: int) -> None:
     x, y, essential = views(rng, n)
     y = y + 1e-3 * rng.normal(size=(n, 2))
     y[wrong] += 0.3
-    fitted, numbers = robust_views.descend_fundamental(essential, x, y, 2e-5, 60.0)
+    fitted, numbers = robust_views.descend_fundamental(essential, x, y, 2e-5, 60.0, 1e-14)
     used = relative_poses.squared_distances(fitted, x, y) < 2e-5
     u, s, v = np.linalg.svd(fitted)
 
@@ -189,7 +189,7 @@ def test_the_likeliest_fundamental_matrix_is_that_of_scipy(seed: int) -> None:
     x, y, essential = views(rng, 150)
     y = y + 1e-3 * rng.standard_t(2, (150, 2))
     x = x + 1e-3 * rng.standard_t(2, (150, 2))
-    start = robust_views.descend_fundamental(essential, x, y, 1e20, 50.0)[0]
+    start = robust_views.descend_fundamental(essential, x, y, 1e20, 50.0, 1e-14)[0]
     tail = 4e-7
     fitted, (ended, steps) = robust_views.likeliest_fundamental(start, x, y, 1e20, tail, 100.0)
     u, s, v = np.linalg.svd(start)

@@ -225,7 +225,7 @@ def test_the_benchmark_writes_its_page(tmp_path: Path, monkeypatch: pytest.Monke
     out = tmp_path / "page.md"
     assert vision.main(["--quick", "--out", str(out)]) == 0
     rows = [line for line in out.read_text().splitlines() if line.startswith("| ")]
-    assert len(rows) == 38 and all(float(row.split(" | ")[1].replace(",", "")) > 0 for row in rows[2:])
+    assert len(rows) == 44 and all(float(row.split(" | ")[1].replace(",", "")) > 0 for row in rows[2:])
     assert vision.main(["--quick", "--out", str(out / "no")]) == 1
 
 

@@ -99,7 +99,7 @@ def test_no_lower_minimum_is_near_the_truth() -> None:
     rng = np.random.default_rng(5)
     for _ in range(16):
         one, two, _, fresh = seen_from_two_places(rng, 150, 0.3, 0.5, 0.4)
-        near = robust_views.descend_fundamental(fundamental_matrix(*fresh), one, two, 1.0, 50.0)[0]
+        near = robust_views.descend_fundamental(fundamental_matrix(*fresh), one, two, 1.0, 50.0, 1e-14)[0]
         models = np.stack([robust_fundamental_matrix(one, two).model, near])
         found, known = relative_poses.truncated_squares(models, one, two, 1.0)
         assert found < known + 0.01

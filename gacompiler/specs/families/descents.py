@@ -49,7 +49,7 @@ class Descent(NamedTuple):
     steps: Any
 
 
-def descend(start, n_parameters, equations, moved, at_most, rounding=ROUNDING):
+def descend(start, n_parameters, equations, moved, at_most, rounding=ROUNDING, settled=SETTLED):
     """Minimise a sum of squares.
 
     Parameters
@@ -66,6 +66,8 @@ def descend(start, n_parameters, equations, moved, at_most, rounding=ROUNDING):
         The maximum number of steps.
     rounding : number
         A sum of squares below this is rounding.
+    settled : scalar
+        The part of the sum of squares by which a last step is expected to decrease it.
 
     Returns
     -------
@@ -80,7 +82,7 @@ def descend(start, n_parameters, equations, moved, at_most, rounding=ROUNDING):
         state, table, slope, cost = kept[:n], kept[n : n + size], kept[n + size : -1], kept[-1]
         damping = select(better, maximum(now.damping / 10, LEAST_DAMPING), now.damping * 10)
         step, gain = step_of(table, slope, damping)
-        done = select(gain <= SETTLED * cost + rounding, 1, select(damping > LARGEST_DAMPING, 1, 0))
+        done = select(gain <= settled * cost + rounding, 1, select(damping > LARGEST_DAMPING, 1, 0))
         return _State(state, tuple(moved(state, step)), table, slope, cost, damping, done)
 
     first = _State(start, start, (0,) * size, (0,) * n_parameters, UNKNOWN, 10 * FIRST_DAMPING, 0)
