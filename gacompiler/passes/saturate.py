@@ -50,7 +50,7 @@ def saturate(expressions: tuple[Expression, ...], rules: Sequence[Rule] = RULES)
         if not classes.apply(rules) or classes.size > MOST:
             break
     best = map(classes.best, expressions)
-    return tuple(a if cost_of(a) < cost_of(b) else b for a, b in zip(best, expressions, strict=True))
+    return tuple(a if a != b and cost_of(a) < cost_of(b) else b for a, b in zip(best, expressions, strict=True))
 
 
 def _is_interesting(expression: Expression) -> bool:
@@ -101,8 +101,9 @@ class _Classes:
             self._merge(self.add(old), self.add(new))
         for root in [k for k in range(len(self._parent)) if self._find(k) == k]:
             kept = self._sorted(root)
-            least = cost_of(kept[0])
-            self._forms[root] = dict.fromkeys(form for form in kept[:FORMS] if cost_of(form) <= GROWTH * least)
+            if len(kept) > 1:
+                least = cost_of(kept[0])
+                self._forms[root] = dict.fromkeys(form for form in kept[:FORMS] if cost_of(form) <= GROWTH * least)
         return any(form not in before for forms in self._forms for form in forms)
 
     def _variants(self, form: Expression) -> list[Expression]:
@@ -115,7 +116,9 @@ class _Classes:
         return list(dict.fromkeys([form, *made]))
 
     def _sorted(self, root: int) -> list[Expression]:
-        return sorted(self._forms[root], key=lambda form: (cost_of(form), _structure(form)))
+        """Return the forms of a class by cost, which is not measured for a single form."""
+        forms = list(self._forms[root])
+        return sorted(forms, key=lambda form: (cost_of(form), _structure(form))) if len(forms) > 1 else forms
 
     def _find(self, k: int) -> int:
         while self._parent[k] != k:
