@@ -207,12 +207,14 @@ def _minimal(record: Compilation) -> list[str]:
 
 
 def _rejected(record: Compilation) -> list[str]:
-    assert record.best is not None
-    cheaper = [candidate for candidate in record.candidates if record.value(candidate) < record.value(record.best)]
-    if not cheaper:
+    if not record.refused:
         return []
-    least = min(cheaper, key=record.value)
-    return [f"rejected, because they lose digits: {len(cheaper)}, the cheapest {_cost(record, least)}: {least.origin}"]
+    least = record.refused[0]
+    rejected = f"rejected, because they lose digits: {len(record.refused)}, the cheapest"
+    return [
+        f"{rejected} {_cost(record, least)}: {least.origin}",
+        *map("it has {}".format, filter(None, [record.refusal])),
+    ]
 
 
 def _weights(record: Compilation) -> str:

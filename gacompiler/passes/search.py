@@ -259,8 +259,8 @@ class Search:
         return left
 
     def _direct(self, expressions: Sequence[Expression]) -> tuple[Scalar, ...]:
-        is_known = self._author is not None and expressions == next(iter(self._variants.values()))
-        graph, values = self._author if is_known else scalars_of(self._kernel, expressions)
+        known = self._author if expressions == next(iter(self._variants.values())) else None
+        graph, values = known or scalars_of(self._kernel, expressions)
         return pick(values, self._slots, graph)
 
     def _by_matrices(self) -> Iterator[Candidate]:
