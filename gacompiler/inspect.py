@@ -210,11 +210,8 @@ def _rejected(record: Compilation) -> list[str]:
     if not record.refused:
         return []
     least = record.refused[0]
-    rejected = f"rejected, because they lose digits: {len(record.refused)}, the cheapest"
-    return [
-        f"{rejected} {_cost(record, least)}: {least.origin}",
-        *map("it has {}".format, filter(None, [record.refusal])),
-    ]
+    found = f"rejected, because they lose digits: {len(record.refused)}, the cheapest {_cost(record, least)}"
+    return [f"{found}: {least.origin}", *([f"it has {record.refusal}"] if record.refusal else [])]
 
 
 def _weights(record: Compilation) -> str:

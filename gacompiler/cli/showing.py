@@ -129,10 +129,9 @@ def cost(
                 row |= {"mul at least": least.products, "all at least": least.operations}
     loops = {each.kernel.name: each.source.costs for each in found if isinstance(each, CompiledLoops)}
     if as_json:
-        of_kernels = {
-            name: row | ({"refused": refused[name]} if name in refused else {}) for name, row in counts.items()
-        }
-        click.echo(json.dumps(of_kernels | {name: costs_as_dict(costs) for name, costs in loops.items()}, indent=2))
+        for name, text in refused.items():
+            counts[name]["refused"] = text
+        click.echo(json.dumps(counts | {name: costs_as_dict(costs) for name, costs in loops.items()}, indent=2))
         return
     if counts:
         names = list(dict.fromkeys(name for each in counts.values() for name in each))
