@@ -107,10 +107,16 @@ class _Classes:
         return any(form not in before for forms in self._forms for form in forms)
 
     def _variants(self, form: Expression) -> list[Expression]:
-        """Return an expression with all combinations of forms of its arguments."""
+        """Return an expression with all combinations of forms of its arguments.
+
+        An argument that is a number has only forms that are numbers: operations on numbers know no other algebra.
+        """
         if not form.arguments:
             return [form]
-        choices = [self._sorted(self._find(self._class[argument])) for argument in form.arguments]
+        choices = [
+            [each for each in self._sorted(self._find(self._class[given])) if each.algebra in (given.algebra, SCALARS)]
+            for given in form.arguments
+        ]
         found = islice(product(*choices), CHOICES)
         made = [Expression(form.operation, arguments, form.data, form.algebra) for arguments in found]
         return list(dict.fromkeys([form, *made]))
