@@ -21,6 +21,7 @@ from ..frontend.facts import is_unit, is_unit_even_versor
 from ..ir.scalar import Graph, Op, Scalar
 from .decide import layout_of
 from .parts import canonical, unit
+from .parts_of_products import name_determinant
 from .rules import RULES, Rule
 from .sandwich_differences import reflection_as_difference, sandwich_as_difference
 
@@ -54,7 +55,12 @@ def saturate(expressions: tuple[Expression, ...], rules: Sequence[Rule] = RULES)
 
 
 def _is_interesting(expression: Expression) -> bool:
-    """Return whether rules can apply, which concern products of multivectors with common factors, and sandwiches."""
+    """Return whether rules can apply.
+
+    They concern products of multivectors with common factors, sandwiches, and determinants of inner products.
+    """
+    if expression.operation is Operation.SUBTRACT:
+        return name_determinant(expression) is not None
     return expression.operation in (Operation.SANDWICH, Operation.REGRESSIVE_PRODUCT, Operation.OUTER_PRODUCT) or (
         expression.operation is Operation.GEOMETRIC_PRODUCT and not any(a.is_scalar for a in expression.arguments)
     )
