@@ -35,7 +35,14 @@ from .expand import (
     expand_square_of_product,
     expand_square_of_sum,
 )
-from .parts_of_products import expand_reflections, factor_sum, name_commutator, name_part, name_symmetric_part, nest_contractions
+from .parts_of_products import (
+    expand_reflections,
+    factor_sum,
+    name_commutator,
+    name_part,
+    name_symmetric_part,
+    nest_contractions,
+)
 from .sandwich_differences import reflection_as_difference, sandwich_as_difference
 
 Rule = Callable[[Expression], Expression | None]
