@@ -62,7 +62,7 @@ def computed(tree: Any, names: dict[str, Any], functions: Any) -> Any:
 
 def unit_versor(random: Random, algebra: Algebra) -> Any:
     """The product of two vectors with a positive square, divided by their lengths, as coefficients by bitmap."""
-    engine, found = matrices(algebra), []
+    engine, found = matrices(algebra), list[Element]()
     while len(found) < 2:
         vector = np.zeros(len(engine.grades))
         vector[engine.grades == 1] = [random.gauss(0, 1) for _ in algebra.vectors]

@@ -43,7 +43,7 @@ def _vector(k: int, row: Any) -> Any:
 
 def _sign(blade: int, k: int) -> int:
     """The sign of moving the vector `k` past the vectors of a blade that come before it."""
-    return (-1) ** (blade & (1 << k) - 1).bit_count()
+    return -1 if (blade & (1 << k) - 1).bit_count() % 2 else 1
 
 
 @dataclass(frozen=True)
