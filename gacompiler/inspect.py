@@ -207,12 +207,11 @@ def _minimal(record: Compilation) -> list[str]:
 
 
 def _rejected(record: Compilation) -> list[str]:
-    assert record.best is not None
-    cheaper = [candidate for candidate in record.candidates if record.value(candidate) < record.value(record.best)]
-    if not cheaper:
+    if not record.refused:
         return []
-    least = min(cheaper, key=record.value)
-    return [f"rejected, because they lose digits: {len(cheaper)}, the cheapest {_cost(record, least)}: {least.origin}"]
+    least = record.refused[0]
+    found = f"rejected, because they lose digits: {len(record.refused)}, the cheapest {_cost(record, least)}"
+    return [f"{found}: {least.origin}", *([f"it has {record.refusal}"] if record.refusal else [])]
 
 
 def _weights(record: Compilation) -> str:

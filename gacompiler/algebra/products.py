@@ -161,6 +161,8 @@ def kept(algebra: BladeAlgebra, name: str, left: int, right: int) -> tuple[tuple
         there, back = algebra.blade_product(left, right), algebra.blade_product(right, left)
         sums = {blade: there.get(blade, 0) + bracket * back.get(blade, 0) for blade in sorted({*there, *back})}
         return tuple((blade, divide(value, 2)) for blade, value in sums.items() if value)
+    if operation is Operation.GEOMETRIC_PRODUCT:
+        return tuple(algebra.blade_product(left, right).items())
     if keeps is None:
         raise KeyError(f"{name} does not select parts of the geometric product")
     p, q = grade(left), grade(right)

@@ -110,19 +110,27 @@ def cost(
     With another cost model than the default, its number is in the last column. Kernels with loops have only counts.
     With --bound, no program can have fewer products (with divisions and functions) and fewer operations than the last
     two columns. There are no bounds for kernels with functions.
+
+    Cheaper forms that lose digits are listed with their errors, in units in the last place. Write such a form yourself
+    to have it: errors are compared with those of the form that is written.
     """
     found = compiled_kernels(find_spec(spec, algebra), cache, effort, model, keep_best=True)
     chosen = MODELS[model]
-    counts: dict[str, dict[str, int]] = {}
+    counts: dict[str, dict[str, Any]] = {}
+    refused: dict[str, str] = {}
     for each in found:
         if isinstance(each, Compiled):
             row = counts[each.kernel.name] = each.source.cost.as_dict()
+            if each.refused:
+                refused[each.kernel.name] = each.refused
             if chosen is not COUNTS:
                 row["cost"] = chosen.of(each.source.program)
             if bound and (least := lower_bound(each.kernel, each.source.program)):
                 row |= {"mul at least": least.products, "all at least": least.operations}
     loops = {each.kernel.name: each.source.costs for each in found if isinstance(each, CompiledLoops)}
     if as_json:
+        for name, text in refused.items():
+            counts[name]["refused"] = text
         click.echo(json.dumps(counts | {name: costs_as_dict(costs) for name, costs in loops.items()}, indent=2))
         return
     if counts:
@@ -130,6 +138,9 @@ def cost(
         header = [f"{model} ({chosen.unit})" if name == "cost" else name for name in names]
         rows = [[n, *(str(c.get(name, "–")) for name in names)] for n, c in counts.items()]
         print_table(["kernel", *header], rows)
+    if refused:
+        click.echo()
+        print_table(["kernel", "refused, because it loses digits"], [list(each) for each in refused.items()])
     if loops:
         print_table(["kernel with loops", "operations"], [[name, costs_text(costs)] for name, costs in loops.items()])
 

@@ -27,6 +27,8 @@ class Compiled:
         The program with its variants for uniform arguments, its cost and its documentation.
     slots : tuple of tuple of Slot
         For each result array, the coefficient and the expression that each entry stores.
+    refused : str
+        The counts of the cheapest form that was refused, and its error; empty if there is none.
     proof : Proof or None
         What this process proved; None if the kernel was read from the cache.
     """
@@ -34,13 +36,15 @@ class Compiled:
     kernel: Kernel
     source: KernelSource
     slots: tuple[tuple[Slot, ...], ...]
+    refused: str = ""
     proof: Proof | None = field(default=None, repr=False, compare=False)
 
     @classmethod
     def of(cls, record: Compilation) -> Compiled:
         """Extract the stored parts from the record of a complete compilation."""
         assert record.decision is not None
-        return cls(record.kernel, kernel_source(record), record.decision.slots, record.proof)
+        refused = f"{record.refused[0].cost}: {record.refusal}" if record.refusal else ""
+        return cls(record.kernel, kernel_source(record), record.decision.slots, refused, record.proof)
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,6 +29,7 @@ def packed(compiled: Compiled) -> dict[str, Any]:
         "operator": source.operator,
         "error": source.error,
         "slots": packed_slots(compiled.slots),
+        "refused": compiled.refused,
     }
 
 
@@ -53,7 +54,7 @@ def unpacked(kernel: Kernel, data: Any) -> Compiled:
         kernel.result_names,
         data["error"],
     )
-    return Compiled(kernel, source, slots_of(data["slots"]))
+    return Compiled(kernel, source, slots_of(data["slots"]), data["refused"])
 
 
 def packed_program(program: Program) -> list[Any]:

@@ -178,6 +178,8 @@ class Graph:
 
     def binary(self, op: Op, a: Any, b: Any) -> Scalar:
         """Apply an operator, or return NotImplemented for operands of other types, which may implement it."""
+        if type(a) is Scalar and type(b) is Scalar and a.graph is b.graph and _is_never_folded(a, b):
+            return self._pair(op, a, b)
         if isinstance(a, _OPERANDS) and isinstance(b, _OPERANDS):
             return self.apply(op, a, b)
         return NotImplemented  # type: ignore[no-any-return]
@@ -189,13 +191,22 @@ class Graph:
         folded = _fold(self, op, nodes)
         if folded is not None:
             return folded
-        if op in COMMUTATIVE and nodes[0].index > nodes[1].index:
-            nodes = nodes[::-1]
-        return self._node(op, nodes, "")
+        return self._pair(op, *nodes) if len(nodes) == 2 else self._node(op, nodes, "")
 
     def negative(self, node: Scalar) -> Scalar:
         """Return the negation of a node, also of a difference, which `apply` replaces by the opposite difference."""
         return self._node(Op.NEGATE, (node,), "")
+
+    def _pair(self, op: Op, a: Scalar, b: Scalar) -> Scalar:
+        """Return the node of an operation on two nodes, in the order of their indices if it is commutative."""
+        i, j = a.index, b.index
+        if i > j and op in COMMUTATIVE:
+            a, b, i, j = b, a, j, i
+        key = (op, "", i, j)
+        node = self._nodes.get(key)
+        if node is None:
+            node = self._nodes[key] = Scalar(self, op, (a, b), "", len(self._nodes))
+        return node
 
     def _node(self, op: Op, arguments: tuple[Scalar, ...], value: Rational | str) -> Scalar:
         key = (op, value, *[argument.index for argument in arguments])
@@ -210,9 +221,14 @@ _FOLDED = (Op.CONSTANT, Op.NEGATE)
 """Operands without which no operation on two different nodes is folded."""
 
 
+def _is_never_folded(a: Scalar, b: Scalar) -> bool:
+    """Return whether no operation on two nodes is folded."""
+    return a is not b and a.op not in _FOLDED and b.op not in _FOLDED
+
+
 def _fold(graph: Graph, op: Op, nodes: tuple[Scalar, ...]) -> Scalar | None:
     """Return a simpler node that equals ``op(nodes)`` in every ring, or None."""
-    if len(nodes) == 2 and nodes[0] is not nodes[1] and nodes[0].op not in _FOLDED and nodes[1].op not in _FOLDED:
+    if len(nodes) == 2 and _is_never_folded(*nodes):
         return None  # most nodes
     match op:
         case Op.ADD:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from ..errors import ProofError
 from .program import Operand, Program
 from .scalar import ARITY, LEAVES
@@ -28,24 +30,23 @@ def verify(program: Program) -> Program:
     temporaries: set[str] = set()
     used: set[str] = set()
 
-    def check(operand: Operand, place: str) -> None:
-        if isinstance(operand, str):
-            used.add(operand)
-            if operand not in defined:
-                fail(f"{place} uses {operand} before it is defined")
+    def check(operands: Iterable[Operand], place: str) -> None:
+        for operand in operands:
+            if isinstance(operand, str):
+                used.add(operand)
+                if operand not in defined:
+                    fail(f"{place} uses {operand} before it is defined")
 
     for line in program.lines:
         if line.op in LEAVES or len(line.operands) != ARITY[line.op]:
             fail(f"{line.target} = {line.op.value} of {len(line.operands)} operands")
-        for operand in line.operands:
-            check(operand, line.target)
+        check(line.operands, line.target)
         if line.target in defined:
             fail(f"{line.target} is defined twice")
         defined.add(line.target)
         temporaries.add(line.target)
     for result in program.results:
-        for operand in result.operands:
-            check(operand, result.name)
+        check(result.operands, result.name)
     if temporaries - used:
         fail(f"{min(temporaries - used)} is never used")
     return program

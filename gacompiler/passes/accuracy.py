@@ -45,6 +45,15 @@ LONG = 1000
 MOVES = 2
 """Number of perturbations of the inputs that are evaluated at each point."""
 
+KINDS = (
+    "ordinary arguments",
+    "versors close to 1 and small arguments",
+    "arguments that nearly coincide",
+    "large multiples of small motions",
+    "arguments that are nearly on a line",
+)
+"""The kinds of arguments on which candidates are run, in this order."""
+
 Inputs = list[float]
 Point = tuple[Inputs, Sequence[Any]]
 
@@ -67,13 +76,15 @@ class Gate:
         self._kernel = kernel
         self._author = Tape(author)
         self._moved: dict[int, float] = {}
-        self._accepted: dict[tuple[Program, float], bool] = {(author, 1.0): True}
+        self._refusals: dict[tuple[Program, float], str] = {(author, 1.0): ""}
+        self._kinds: list[str] = []
 
     @cached_property
     def _known(self) -> list[tuple[Inputs, Sequence[Any], float]]:
         """The points, with the exact results and the limit of the error. Many gates have only the author's program."""
         known = []
-        for points in _references(self._kernel, self._author):
+        for kind, points in zip(KINDS, _references(self._kernel, self._author), strict=True):
+            self._kinds += [kind] * len(points)
             worst = max((_ulps_or_inf(self._author, inputs, exact) for inputs, exact in points), default=0.0)
             known += [(inputs, exact, max(WORSE * worst, ROUNDING)) for inputs, exact in points]
         return known
@@ -81,20 +92,28 @@ class Gate:
     def accepts(self, program: Program, times: float = 1.0) -> bool:
         """Return whether the error of `program` is not much larger than that of the author's structure.
 
-        The limit is multiplied by `times`, at least 1. Equal programs are measured once.
+        The limit is multiplied by `times`, at least 1.
+        """
+        return not self.refusal(program, times)
+
+    def refusal(self, program: Program, times: float = 1.0) -> str:
+        """Return why `accepts` is false: the arguments, the error and its limit; "" if it is true.
+
+        Equal programs are measured once.
         """
         key = program, times
-        if key not in self._accepted:
-            self._accepted[key] = self._measure(program, times)
-        return self._accepted[key]
+        if key not in self._refusals:
+            self._refusals[key] = self._measure(program, times)
+        return self._refusals[key]
 
-    def _measure(self, program: Program, times: float) -> bool:
+    def _measure(self, program: Program, times: float) -> str:
         tape = Tape(program)
         for k, (inputs, exact, limit) in enumerate(self._known):
             error = _ulps_or_inf(tape, inputs, exact)
             if error > times * limit and error > times * WORSE * self._sensitivity(k):
-                return False
-        return True
+                most = times * max(limit, WORSE * self._sensitivity(k))
+                return f"{error:.2g} units of error for {self._kinds[k]}, {most:.2g} accepted"
+        return ""
 
     def _sensitivity(self, k: int) -> float:
         """Return the sensitivity at a point. It is computed on demand, since few programs require it."""

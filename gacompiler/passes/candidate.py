@@ -41,8 +41,12 @@ class Candidate:
         return any(step.endswith(PARTS) for step in self.steps)
 
     def is_accurate(self, gate: Gate) -> bool:
-        """Return whether the error of the program is accepted.
+        """Return whether the error of the program is accepted."""
+        return not self.refusal(gate)
+
+    def refusal(self, gate: Gate) -> str:
+        """Return why the program is not accepted, or "".
 
         Errors of parts that were accepted one by one add up, so compositions have a limit of their own.
         """
-        return gate.accepts(self.program, WORSE_OF_PARTS if self.is_composed else 1.0)
+        return gate.refusal(self.program, WORSE_OF_PARTS if self.is_composed else 1.0)

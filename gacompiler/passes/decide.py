@@ -7,7 +7,7 @@ modulo these relations prove it. A coefficient is omitted only if it is proved t
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
 from random import Random
@@ -23,11 +23,11 @@ from ..errors import KernelError, TooLargeError
 from ..frontend.expression import Expression
 from ..frontend.facts import is_unit
 from ..frontend.kernel import Kernel, Output, Parameter, Trace
-from ..ir.scalar import Scalar
+from ..ir.scalar import Graph, Scalar
 from ..rings.points import DIGITS
 from ..rings.polynomial import Polynomial
 from ..rings.residues import Residue
-from .lower import Lowering, Reduction, Slot, author_scalars, stages
+from .lower import Lowering, Reduction, Slot, scalars_of, stages
 from .matrices import has_huge_product
 from .samples import samples, to_mpmath
 from .script_constants import prove_by_result
@@ -54,6 +54,8 @@ class Decision:
     """Proved constants by (expression, blade)."""
     related: tuple[bool, ...] = ()
     """Whether each output satisfies the relations of its layout, such as unit norm, at every point."""
+    author: tuple[Graph, list[Multivector]] | None = field(default=None, repr=False, compare=False)
+    """The results as written, over shared scalar expressions, and their graph, until candidates are found."""
 
 
 def decide(trace: Trace, variants: Sequence[Sequence[Expression]]) -> Decision:
@@ -62,12 +64,13 @@ def decide(trace: Trace, variants: Sequence[Sequence[Expression]]) -> Decision:
     if _are_declared_numbers(trace):
         return _of_numbers(trace)
     huge = has_huge_product(expressions)
-    author = [] if huge else author_scalars(trace.kernel, expressions)
-    supports = [tuple(value.terms) for value in author] or [tuple(sorted(e.blades)) for e in expressions]
+    author = None if huge else scalars_of(trace.kernel, expressions)
+    written = author[1] if author else []
+    supports = [tuple(value.terms) for value in written] or [tuple(sorted(e.blades)) for e in expressions]
     n_points = FEW_POINTS if huge else POINTS
     points = [value for _, value in samples(trace.kernel, trace.expressions, Random(7), n_points, huge)]
     suspected = _suspects(points, supports)
-    for k, value in enumerate(author):
+    for k, value in enumerate(written):
         for blade, scalar in value.terms.items():
             if not isinstance(scalar, Scalar):
                 suspected[k, blade] = Fraction(scalar)
@@ -88,7 +91,7 @@ def decide(trace: Trace, variants: Sequence[Sequence[Expression]]) -> Decision:
         layouts.append(layout)
         related.append(all(satisfies(layout, value[k]) for value in points for k in numbers))
         slots.append(tuple(Slot(k, slot.blade, slot.sign) for k in numbers for slot in layout.stored))
-    return Decision(tuple(layouts), tuple(slots), constants, tuple(related))
+    return Decision(tuple(layouts), tuple(slots), constants, tuple(related), author)
 
 
 def _are_declared_numbers(trace: Trace) -> bool:

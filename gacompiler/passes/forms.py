@@ -57,10 +57,14 @@ def further_forms(form: Form) -> Iterator[Form]:
 
 
 def forms_as_products(form: Form) -> Iterator[Form]:
-    """Yield the form with polynomials as products, if there are any."""
+    """Yield the form with polynomials as products, if there are any, also with factors in differences of inputs."""
     products = as_products(form.system)
     if products is not None and _is_representable(products):
-        yield Form((*form.steps, "as products"), products, form.plain)
+        steps = (*form.steps, "as products")
+        yield Form(steps, products, form.plain)
+        shifted = shift(products)
+        if shifted is not None:
+            yield Form((*steps, "in differences"), shifted, products)
 
 
 def _simplified(form: Form) -> Iterator[Form]:

@@ -99,14 +99,14 @@ def _blade(expression: Expression, product: Operation, grade: int) -> Blade | No
     return Blade(tuple(factors), scale)
 
 
-def chain_of(product: Expression) -> tuple[Expression, ...] | None:
-    """Return the factors of a geometric product of at most `LARGEST` vectors, or None."""
+def chain_of(product: Expression, largest: int = LARGEST) -> tuple[Expression, ...] | None:
+    """Return the factors of a geometric product of at most `largest` vectors, or None."""
     factors: list[Expression] = []
     stack = [product]
     while stack:
         each = stack.pop()
         if has_grade(each, 1):
-            if len(factors) == LARGEST:
+            if len(factors) == largest:
                 return None
             factors.append(each.arguments[0] if each.operation is Operation.REVERSE else each)
         elif each.operation is Operation.GEOMETRIC_PRODUCT:
@@ -201,6 +201,8 @@ def contracted(
     """Return the left contraction of an outer product on a second one with as many factors or more; None is zero.
 
     It is the sum over the choices of factors of the second one, each replaced by a determinant (Laplace's expansion).
+    A contraction with one vector is a derivation, whose terms for three and more factors share outer products:
+    ``v . (A ^ b) = (v . A) ^ b + (-1)**k (v . b) A`` with `A` of grade `k`.
 
     Parameters
     ----------
@@ -211,6 +213,12 @@ def contracted(
         The product of the other factors.
     """
     total: Expression | None = None
+    if len(left) == 1 and len(right) > 2:
+        first, value = contracted(left, right[:-1], pairing, join), determinant(left, right[-1:], pairing)
+        total = None if first is None else join(first, right[-1])
+        if value is not None:
+            total = added(total, reduce(join, right[1:-1], value * right[0]), (-1) ** (len(right) - 1))
+        return total
     for chosen, rest, sign in _choices(len(right), len(left)):
         value = determinant(left[::-1], [right[k] for k in chosen], pairing)
         if value is not None:

@@ -32,11 +32,11 @@ class Slot:
     sign: int = 1
 
 
-def author_scalars(kernel: Kernel, expressions: Sequence[Expression]) -> list[Multivector]:
-    """Return the results in the author's form, over shared scalar expressions."""
+def scalars_of(kernel: Kernel, expressions: Sequence[Expression]) -> tuple[Graph, list[Multivector]]:
+    """Return expressions over shared scalar expressions, and the graph of these."""
     graph = Graph()
     inputs = {name: graph.variable(name) for parameter in kernel.parameters for name in parameter.components}
-    return evaluate(expressions, inputs, lift=graph.lift)
+    return graph, evaluate(expressions, inputs, lift=graph.lift)
 
 
 def pick(values: Sequence[Multivector], slots: Iterable[Slot], graph: Graph) -> tuple[Scalar, ...]:

@@ -7,9 +7,14 @@ such expressions the form that the rules for products of blades expect (`gacompi
 from __future__ import annotations
 
 from ..algebra.operations import Operation
-from ..frontend.expression import Expression, node
+from ..frontend.expression import Expression, lift, node
 from ..frontend.facts import has_grade
-from .gram import FROM_LEFT, OF_SCALARS, SIGNS, blade_of, chain_of, outer
+from .gram import FROM_LEFT, OF_SCALARS, SIGNS, added, blade_of, chain_of, inner, outer
+
+Pair = tuple[Expression, Expression]
+
+LONGEST = 15
+"""Products of more vectors are not expanded as reflections."""
 
 
 def nest_contractions(expression: Expression) -> Expression | None:
@@ -97,3 +102,63 @@ def factor_sum(expression: Expression) -> Expression | None:
                 rest = y + w if sign * first == second else y - w
                 return x ^ rest if first > 0 else rest ^ x
     return None
+
+
+def expand_reflections(expression: Expression) -> Expression | None:
+    """Apply ``v x v = 2 (v . x) v - (v . v) x`` to products such as ``a b x b a`` of five and more vectors."""
+    if expression.operation is not Operation.GEOMETRIC_PRODUCT or expression.algebra.conjugates:
+        return None
+    vectors = chain_of(expression, LONGEST)
+    if vectors is None or len(vectors) < 5 or len(vectors) % 2 == 0 or vectors != vectors[::-1]:
+        return None
+    middle = len(vectors) // 2
+    found: Expression | None = vectors[middle]
+    for v in reversed(vectors[:middle]):
+        along, square = (None if found is None else inner(v, found)), inner(v, v)
+        moved = None if along is None else 2 * along * v
+        found = moved if square is None or found is None else added(moved, square * found, -1)
+    return lift(0) if found is None else found
+
+
+def split_product_of_vectors(expression: Expression) -> Expression | None:
+    """Write a product of three vectors as ``(a . b) c - (a . c) b + (b . c) a + a ^ b ^ c``."""
+    if expression.operation is not Operation.GEOMETRIC_PRODUCT or expression.algebra.conjugates:
+        return None
+    vectors = chain_of(expression)
+    if vectors is None or len(vectors) != 3 or len(set(vectors)) < 3:
+        return None
+    return expression.grade(1) + outer(vectors)
+
+
+def name_determinant(expression: Expression) -> Expression | None:
+    """Write ``(a . c)(b . d) - (a . d)(b . c)`` as ``<(a ^ b)(d ^ c)>``, in few dimensions a sum of fewer products."""
+    if expression.operation is not Operation.SUBTRACT or expression.algebra.conjugates:
+        return None
+    pairs = list(map(_inner_products, expression.arguments))
+    if None in pairs:
+        return None
+    (first, second), (third, fourth) = (each for each in pairs if each)
+    for a, c in (first, first[::-1]):
+        for b, d in (second, second[::-1]):
+            if _crosses(third, fourth, (a, d), (b, c)):
+                same = a == c and b == d
+                return node(Operation.NORM_SQUARED, a ^ b) if same else node(Operation.SCALAR_PRODUCT, a ^ b, d ^ c)
+    return None
+
+
+def _crosses(x: Pair, y: Pair, first: Pair, second: Pair) -> bool:
+    """Return whether two pairs are two others in any order."""
+    found = [frozenset(x), frozenset(y)]
+    return found in ([frozenset(first), frozenset(second)], [frozenset(second), frozenset(first)])
+
+
+def _inner_products(expression: Expression) -> tuple[Pair, Pair] | None:
+    """Return the vectors of a product of two inner products, or None."""
+    if expression.operation is not Operation.GEOMETRIC_PRODUCT:
+        return None
+    found = []
+    for each in expression.arguments:
+        if each.operation not in OF_SCALARS or not all(has_grade(x, 1) for x in each.arguments):
+            return None
+        found.append((each.arguments[0], each.arguments[-1]))
+    return found[0], found[1]

@@ -58,16 +58,17 @@ def find_candidates(record: Compilation) -> Compilation:
 
 def _candidates(record: Compilation, is_part: bool) -> Compilation:
     assert record.trace is not None and record.variants is not None and record.decision is not None
+    author, decision = record.decision.author, replace(record.decision, author=None)
     results = []
     for output, layout, slots in zip(record.trace.outputs, record.decision.layouts, record.decision.slots, strict=True):
         shape = output.outer_shape + (() if layout.is_scalar else (layout.size,))
         results.append((output.name, shape, slots))
     if record.effort.level == 0:
-        author = Search(record.kernel, record.variants, results, record.effort).author()
-        return replace(record, candidates=(author,), limits=(NO_SEARCH,))
+        candidate = Search(record.kernel, record.variants, results, record.effort, author).author()
+        return replace(record, decision=decision, candidates=(candidate,), limits=(NO_SEARCH,))
     found: dict[tuple[tuple[str, ...], Cost], Candidate] = {}
     for effort in LEVELS[1 : record.effort.level + 1]:
-        search = Search(record.kernel, record.variants, results, effort)
+        search = Search(record.kernel, record.variants, results, effort, author)
         candidates = search.candidates()
         if not is_part and not is_interrupted():
             by_cost = sorted(candidates, key=lambda candidate: candidate.cost.total)
@@ -83,7 +84,7 @@ def _candidates(record: Compilation, is_part: bool) -> Compilation:
             break
         if not limits:
             break  # A higher level would try the same candidates.
-    return replace(record, candidates=tuple(found.values()), limits=limits, gate=search.gate)
+    return replace(record, decision=decision, candidates=tuple(found.values()), limits=limits, gate=search.gate)
 
 
 NO_SEARCH = "effort 0: nothing but the author's structure; cheaper forms may exist"

@@ -152,11 +152,14 @@ def _signed(value: Any, sign: int) -> Any:
 
 
 def _has_functions(program: Program) -> bool:
-    return any(line.op not in (*RING, Op.DIVIDE) for line in program.lines)
+    return not _FIELD.issuperset([line.op for line in program.lines])
 
 
 def _has_branches(program: Program) -> bool:
-    return any(line.op not in (*RING, Op.DIVIDE, Op.SQRT) for line in program.lines)
+    return not _FIELD.issuperset([line.op for line in program.lines if line.op is not Op.SQRT])
+
+
+_FIELD = frozenset({*RING, Op.DIVIDE})
 
 
 def disagreement(reader: Reader, known: Sequence[Truth]) -> str:

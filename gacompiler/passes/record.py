@@ -52,6 +52,19 @@ class Compilation:
         assert self.best is not None
         return self.best.cost
 
+    @property
+    def refused(self) -> tuple[Candidate, ...]:
+        """The candidates that are cheaper than the selected one, but lose digits, the cheapest first."""
+        assert self.best is not None
+        least = self.value(self.best)
+        cheaper = [candidate for candidate in self.candidates if self.value(candidate) < least]
+        return tuple(sorted(cheaper, key=self.value))
+
+    @property
+    def refusal(self) -> str:
+        """The error for which the cheapest of `refused` was not selected, and what is accepted; "" if there is none."""
+        return self.refused[0].refusal(self.gate) if self.refused and self.gate else ""
+
     def value(self, candidate: Candidate) -> int:
         """Return the cost of a candidate in the cost model."""
         return candidate.cost.total if self.model is COUNTS else self.model.of(candidate.program)

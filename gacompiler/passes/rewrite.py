@@ -35,7 +35,14 @@ from .expand import (
     expand_square_of_product,
     expand_square_of_sum,
 )
-from .parts_of_products import factor_sum, name_commutator, name_part, name_symmetric_part, nest_contractions
+from .parts_of_products import (
+    expand_reflections,
+    factor_sum,
+    name_commutator,
+    name_part,
+    name_symmetric_part,
+    nest_contractions,
+)
 from .sandwich_differences import reflection_as_difference, sandwich_as_difference
 
 Rule = Callable[[Expression], Expression | None]
@@ -185,7 +192,7 @@ SPLIT: tuple[Rule, ...] = (*PULL_OUT, split_sandwich, split_conjugation)
 COMBINE: tuple[Rule, ...] = (*PULL_OUT, join_sandwich)
 DIFFERENCES: tuple[Rule, ...] = (sandwich_as_difference, reflection_as_difference)
 NAME: tuple[Rule, ...] = (
-    *RECOGNISE, nest_contractions, name_symmetric_part, name_part, name_commutator, factor_sum,
+    *RECOGNISE, nest_contractions, name_symmetric_part, name_part, name_commutator, factor_sum, expand_reflections,
 )  # fmt: skip
 _OF_BLADES: tuple[Rule, ...] = (*RECOGNISE, expand_duals, expand_scalar_part, expand_square_of_product)
 EXPAND: tuple[Rule, ...] = (

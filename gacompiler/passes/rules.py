@@ -24,7 +24,7 @@ from .expand import (
     expand_square_of_product,
     expand_square_of_sum,
 )
-from .parts_of_products import nest_contractions
+from .parts_of_products import expand_reflections, name_determinant, nest_contractions, split_product_of_vectors
 from .rewrite import (
     divide_by_reversing,
     drop_versor,
@@ -239,5 +239,6 @@ RULES: tuple[Rule, ...] = (
     expand_meet, expand_contraction, expand_square, expand_norm, expand_commutator,
     expand_duals, expand_scalar_part, expand_product_of_vectors,
     expand_mixed_meet, expand_square_of_product, expand_square_of_sum, nest_contractions,
+    expand_reflections, split_product_of_vectors, name_determinant,
 )  # fmt: skip
 """All rules. Their order has no influence on the result."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import cycle
+from math import log2
 from random import Random
 from typing import Any
 
@@ -26,6 +27,8 @@ Small values also satisfy definitions with a bounded domain (such as a velocity 
 
 WORKING_DIGITS = 120
 """Number of decimal digits of values that are not rational. Cancellation in a deep definition may lose two thirds."""
+FAR = round(WORKING_DIGITS * log2(10))
+"""Values with more bits before the point than `WORKING_DIGITS` has are far from 1."""
 LONGEST = 2_000
 """Maximum number of bits of numerators and denominators; residues modulo a prime replace longer numbers."""
 SHORT = 400
@@ -67,9 +70,11 @@ def samples(
 ) -> Iterator[tuple[dict[str, Any], list[Multivector]]]:
     """Yield up to `n` points at which the definition is defined, with its values.
 
-    The spreads are those of `SPREADS` in turn. If `whole` is true, coefficients are integers.
+    The spreads are those of `SPREADS` in turn. If `whole` is true, coefficients are integers. Points at which inexact
+    values are far from 1 are only used if there are no others, since cancellation leaves none of their digits.
     """
     found = 0
+    far: list[tuple[dict[str, Any], list[Multivector]]] = []
     meaning = Meaning(expressions)
     for spread, _ in zip(cycle(SPREADS), range(8 * n), strict=False):
         inputs = sample(kernel, random, spread=spread, whole=whole)
@@ -77,11 +82,18 @@ def samples(
             values = meaning.at(inputs)
         except (ZeroDivisionError, ValueError, mpmath.libmp.ComplexResult):
             continue
-        if all(is_real(value) for multivector in values for value in multivector.terms.values()):
-            yield inputs, values
-            found += 1
-            if found == n:
-                return
+        coefficients = [value for multivector in values for value in multivector.terms.values()]
+        if not all(map(is_real, coefficients)):
+            continue
+        if any(isinstance(value, mpmath.mpf) and mpmath.mag(value) > FAR for value in coefficients):
+            far.append((inputs, values))
+            continue
+        yield inputs, values
+        found += 1
+        if found == n:
+            return
+    if not found:
+        yield from far[:n]
 
 
 def is_real(value: Any) -> bool:

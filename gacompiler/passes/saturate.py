@@ -21,6 +21,7 @@ from ..frontend.facts import is_unit, is_unit_even_versor
 from ..ir.scalar import Graph, Op, Scalar
 from .decide import layout_of
 from .parts import canonical, unit
+from .parts_of_products import name_determinant
 from .rules import RULES, Rule
 from .sandwich_differences import reflection_as_difference, sandwich_as_difference
 
@@ -50,11 +51,16 @@ def saturate(expressions: tuple[Expression, ...], rules: Sequence[Rule] = RULES)
         if not classes.apply(rules) or classes.size > MOST:
             break
     best = map(classes.best, expressions)
-    return tuple(a if cost_of(a) < cost_of(b) else b for a, b in zip(best, expressions, strict=True))
+    return tuple(a if a != b and cost_of(a) < cost_of(b) else b for a, b in zip(best, expressions, strict=True))
 
 
 def _is_interesting(expression: Expression) -> bool:
-    """Return whether rules can apply, which concern products of multivectors with common factors, and sandwiches."""
+    """Return whether rules can apply.
+
+    They concern products of multivectors with common factors, sandwiches, and determinants of inner products.
+    """
+    if expression.operation is Operation.SUBTRACT:
+        return name_determinant(expression) is not None
     return expression.operation in (Operation.SANDWICH, Operation.REGRESSIVE_PRODUCT, Operation.OUTER_PRODUCT) or (
         expression.operation is Operation.GEOMETRIC_PRODUCT and not any(a.is_scalar for a in expression.arguments)
     )
@@ -101,21 +107,30 @@ class _Classes:
             self._merge(self.add(old), self.add(new))
         for root in [k for k in range(len(self._parent)) if self._find(k) == k]:
             kept = self._sorted(root)
-            least = cost_of(kept[0])
-            self._forms[root] = dict.fromkeys(form for form in kept[:FORMS] if cost_of(form) <= GROWTH * least)
+            if len(kept) > 1:
+                least = cost_of(kept[0])
+                self._forms[root] = dict.fromkeys(form for form in kept[:FORMS] if cost_of(form) <= GROWTH * least)
         return any(form not in before for forms in self._forms for form in forms)
 
     def _variants(self, form: Expression) -> list[Expression]:
-        """Return an expression with all combinations of forms of its arguments."""
+        """Return an expression with all combinations of forms of its arguments.
+
+        An argument that is a number has only forms that are numbers: operations on numbers know no other algebra.
+        """
         if not form.arguments:
             return [form]
-        choices = [self._sorted(self._find(self._class[argument])) for argument in form.arguments]
+        choices = [
+            [each for each in self._sorted(self._find(self._class[given])) if each.algebra in (given.algebra, SCALARS)]
+            for given in form.arguments
+        ]
         found = islice(product(*choices), CHOICES)
         made = [Expression(form.operation, arguments, form.data, form.algebra) for arguments in found]
         return list(dict.fromkeys([form, *made]))
 
     def _sorted(self, root: int) -> list[Expression]:
-        return sorted(self._forms[root], key=lambda form: (cost_of(form), _structure(form)))
+        """Return the forms of a class by cost, which is not measured for a single form."""
+        forms = list(self._forms[root])
+        return sorted(forms, key=lambda form: (cost_of(form), _structure(form))) if len(forms) > 1 else forms
 
     def _find(self, k: int) -> int:
         while self._parent[k] != k:

@@ -31,12 +31,18 @@ def schedule(
             if node in size:
                 stack.pop()
                 continue
-            missing = [argument for argument in node.arguments if argument not in size]
-            if missing:
-                stack += missing
+            total = 1
+            for argument in node.arguments:
+                known = size.get(argument)
+                if known is None:
+                    stack.append(argument)
+                    total = 0
+                elif total:
+                    total += known
+            if not total:
                 continue
             stack.pop()
-            size[node] = 1 + sum([size[argument] for argument in node.arguments])
+            size[node] = total
             if node.op in LEAVES:
                 placed.add(node)
 

@@ -19,9 +19,10 @@ from dataclasses import replace
 from functools import cached_property
 from itertools import chain, combinations, islice
 
+from ..algebra.multivector import Multivector
 from ..algebra.operations import Operation
 from ..errors import TooLargeError
-from ..frontend.expression import Expression, evaluate, topological
+from ..frontend.expression import Expression, topological
 from ..frontend.kernel import Kernel
 from ..ir.cost import cost
 from ..ir.program import Argument
@@ -34,7 +35,7 @@ from .effort import DEFAULT, LEVELS, Effort
 from .factor import Policy
 from .forms import Form, Steps, forms_as_products, forms_of, further_forms
 from .interruption import is_interrupted, progress
-from .lower import Lowering, Reduction, Slot, pick, stages
+from .lower import Lowering, Reduction, Slot, pick, scalars_of, stages
 from .matrices import evaluate_by_matrices, has_huge_product, plan_choices
 from .schedule import schedule
 from .share import Builder
@@ -75,6 +76,8 @@ class Search:
     results : sequence of (name, shape, slots)
     effort : Effort
         The limits of the search.
+    author : tuple of Graph and list of Multivector, optional
+        The first form over shared scalar expressions, if it is known.
     """
 
     def __init__(
@@ -83,8 +86,10 @@ class Search:
         variants: Mapping[str, tuple[Expression, ...]],
         results: Sequence[ResultShape],
         effort: Effort = LEVELS[DEFAULT],
+        author: tuple[Graph, list[Multivector]] | None = None,
     ) -> None:
         self._effort = effort
+        self._author = author
         self._kernel = kernel
         self._variants = variants
         self.results = tuple(results)
@@ -254,8 +259,9 @@ class Search:
         return left
 
     def _direct(self, expressions: Sequence[Expression]) -> tuple[Scalar, ...]:
-        graph = Graph()
-        return pick(evaluate(expressions, self.inputs(graph), lift=graph.lift), self._slots, graph)
+        known = self._author if expressions == next(iter(self._variants.values())) else None
+        graph, values = known or scalars_of(self._kernel, expressions)
+        return pick(values, self._slots, graph)
 
     def _by_matrices(self) -> Iterator[Candidate]:
         """Yield the author's structure with its large products computed by matrices, for all plans and depths."""

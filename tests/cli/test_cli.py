@@ -91,6 +91,30 @@ def test_cost_json(here: Path) -> None:
     assert counts["fma"] <= 39
 
 
+TANGENCY = """
+from gacompiler import inner_product, kernel, norm_squared
+from gacompiler.algebra.catalog import CGA3
+
+@kernel(s=CGA3.VECTOR, t=CGA3.VECTOR)
+def tangency(s, t):
+    return norm_squared(s ^ t)
+
+@kernel(s=CGA3.VECTOR, t=CGA3.VECTOR)
+def by_products(s, t):
+    return inner_product(s, s) * inner_product(t, t) - inner_product(s, t) ** 2
+"""
+
+
+def test_cost_lists_cheaper_forms_that_lose_digits_unless_they_are_written(here: Path) -> None:
+    (here / "tangency.py").write_text(TANGENCY)
+    counts = json.loads(run("cost", "tangency.py", "--json").output)
+    assert [(row["mul"], row["add"]) for row in counts.values()] == [(15, 18), (15, 13)]
+    refused = counts["tangency"]["refused"]
+    assert refused.startswith("15 mul, 13 add: ") and "arguments that nearly coincide" in refused
+    assert "refused" not in counts["by_products"]
+    assert refused in run("cost", "tangency.py").output  # from the cache
+
+
 def test_every_stage_is_shown(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     record = compile_kernel(load_spec(here / "my_kernels.py").kernels[0])
     monkeypatch.setattr(showing, "compile_kernel", lambda *_, **__: record)

@@ -18,7 +18,7 @@ from gacompiler import read_cluscript
 from gacompiler.cli import main
 from gacompiler.errors import GacError, KernelError
 from gacompiler.frontend.kernel import trace
-from gacompiler.passes.lower import author_scalars
+from gacompiler.passes.lower import scalars_of
 from gacompiler.passes.pipeline import compile_kernel
 
 SEED, FEW, N, N_COMPILED = 20, 400, 3000, 80
@@ -32,7 +32,7 @@ def test_random_scripts_are_read_or_rejected(n: int) -> None:
         random = Random(k)
         try:
             script = read_cluscript(text, algebra)
-            author_scalars(script, trace(script).expressions)
+            scalars_of(script, trace(script).expressions)
         except GacError as error:
             found["refused"] += 1
             assert str(error).count("\n") == 0 and len(str(error)) < 4000, text

@@ -131,3 +131,10 @@ def test_a_script_of_200_statements() -> None:
     record = compile_kernel(one)
     assert record.cost.total <= record.candidates[0].cost.total
     assert sum(len(candidate.program.lines) for candidate in record.candidates) < 400_000
+
+
+def test_an_arm_with_roots_whose_values_are_large() -> None:
+    """Axes of other lengths than 1 give values above 1e1600 at ordinary points, which decide nothing."""
+    arm, angles = script("roots"), dict(zip(("w", "v", "x0", "x1"), (1e-3, -2e-3, 3e-4, 1e-4), strict=True))
+    assert set(arm.inputs) == set(angles)
+    assert compared(arm, angles) < 1e-13

@@ -63,11 +63,14 @@ from gacompiler.passes.expand import (
     expand_square_of_sum,
 )
 from gacompiler.passes.parts_of_products import (
+    expand_reflections,
     factor_sum,
     name_commutator,
+    name_determinant,
     name_part,
     name_symmetric_part,
     nest_contractions,
+    split_product_of_vectors,
 )
 from gacompiler.passes.pipeline import compile_kernel
 from gacompiler.passes.products import as_products
@@ -79,13 +82,16 @@ SUMS = (operator.add, operator.sub)
 CONTRACTED = (expand_contraction, expand_contraction_in_differences, expand_contraction_of_differences)
 CONTRACTIONS = (inner_product, hestenes_product, left_contraction, right_contraction, scalar_product)
 POINT = CGA3.POINT
+FIVE = orthogonal(5)
+VECTOR = FIVE.layout("vector of five", "e1 e2 e3 e4 e5")
 
 
 def products_of_blades(algebra: Algebra) -> list[tuple[Expression, Callable[[Expression], Expression | None]]]:
     """Products of outer products of vectors with the rule for each; factors may be repeated."""
     a, b, c, d, e = (element(name, algebra, 1) for name in "abcde")
     pairs = ((a, b ^ c), (a ^ b, c), (a ^ b, c ^ d), (a ^ b, a ^ c), (a ^ b, c ^ d ^ e), (a ^ b ^ c, d ^ e))
-    contracted = [contract(*pair) for contract in CONTRACTIONS for pair in (*pairs, (a ^ b ^ c, a ^ d ^ e))]
+    with_one = ((a, b ^ c ^ d), (a, b ^ c ^ d ^ e), (b ^ c ^ d, a), (a, a ^ c ^ d))
+    contracted = [contract(*pair) for contract in CONTRACTIONS for pair in (*pairs, *with_one, (a ^ b ^ c, a ^ d ^ e))]
     commuted = [commutator(*pair) for pair in (*pairs[:5], (c ^ d ^ e, a ^ b))]
     squared = [norm_squared(x) for x in (a ^ b, a ^ b ^ c, a ^ b ^ c ^ d)]
     return [
@@ -103,7 +109,7 @@ def test_products_of_blades_by_inner_products(algebra: Algebra) -> None:
         if expanded is not None:
             n += 1
             assert same_value(expanded, product, random), product
-    assert n == 91
+    assert n == 115
 
 
 def products_of_meets(algebra: Algebra) -> list[tuple[Expression, Callable[[Expression], Expression | None]]]:
@@ -218,6 +224,31 @@ def test_squares_of_products_with_vectors_and_nested_contractions(algebra: Algeb
         assert expanded is not None and same_value(expanded, product, random), product
     vectors = (left_contraction(a, left_contraction(b, y)), inner_product(left_contraction(x, a), b))
     assert all(nest_contractions(each) is None for each in (*vectors, inner_product(a, x)))
+
+
+@pytest.mark.parametrize("algebra", [VGA3, PGA3, CGA3, STA, OBLIQUE, GRASSMANN], ids=name_of)
+def test_reflections_products_of_three_and_determinants(algebra: Algebra) -> None:
+    random = Random(algebra.name)
+    a, b, c, d = (element(name, algebra, 1) for name in "abcd")
+    x = element("x", algebra, 2)
+    found: list[tuple[Callable[[Expression], Expression | None], Expression]] = [
+        *((expand_reflections, each) for each in (a * b * c * b * a, a * (b * c * b) * a, a * b * a * c * a * b * a)),
+        *((split_product_of_vectors, each) for each in (a * b * c, ~(a * b) * c)),
+    ]
+    for first, second in (((a, b), (c, d)), ((b, a), (d, c)), ((a, a), (c, d)), ((a, c), (b, c))):
+        crossed = inner_product(first[0], second[1]) * scalar_product(second[0], first[1])
+        found.append((name_determinant, inner_product(*first) * left_contraction(*second) - crossed))
+    found.append((name_determinant, norm_squared(a) * norm_squared(b) - inner_product(a, b) * inner_product(b, a)))
+    for rule, given in found:
+        changed = rule(given)
+        assert changed is not None and same_value(changed, given, random), given
+    products = [inner_product(*each) for each in ((a, b), (c, d), (a, c), (a, d))]
+    for rule, other in (
+        (expand_reflections, a * b * c * a * b), (expand_reflections, a * x * a), (split_product_of_vectors, a * b),
+        (split_product_of_vectors, a * b * a), (name_determinant, products[0] - products[1]),
+        (name_determinant, products[0] * products[1] - products[2] * products[3]),
+    ):  # fmt: skip
+        assert rule(other) is None, other
 
 
 @pytest.mark.parametrize("algebra", [VGA3, PGA3, CGA3, STA, OBLIQUE, GRASSMANN], ids=name_of)
@@ -465,6 +496,31 @@ def sum_of_cubes(x, y, z):  # type: ignore[no-untyped-def]
     return x**3 + y**3 + z**3 - 3 * x * y * z
 
 
+@kernel(a=VGA3.VECTOR, b=VGA3.VECTOR)
+def difference_of_products(a, b):  # type: ignore[no-untyped-def]
+    return norm_squared(a) * norm_squared(b) - inner_product(a, b) ** 2
+
+
+@kernel(a=VECTOR, b=VECTOR, c=VECTOR, d=VECTOR)
+def vector_in_trivector(a, b, c, d):  # type: ignore[no-untyped-def]
+    return left_contraction(a, b ^ c ^ d)
+
+
+@kernel(a=STA.VECTOR, b=STA.VECTOR, x=STA.VECTOR)
+def reflected_twice(a, b, x):  # type: ignore[no-untyped-def]
+    return a * b * x * b * a
+
+
+@kernel(a=POINT, b=POINT, c=POINT)
+def points_reflected(a, b, c):  # type: ignore[no-untyped-def]
+    return a * b * c * b * a
+
+
+@kernel(a=VECTOR, b=VECTOR, c=VECTOR)
+def product_of_three(a, b, c):  # type: ignore[no-untyped-def]
+    return a * b * c
+
+
 FOUR = orthogonal(4, 0, 1)
 
 
@@ -512,7 +568,12 @@ def dense_product(a, b):  # type: ignore[no-untyped-def]
         (fourth_power, 2, 1),
         (vandermonde, 2, 3),
         (product_of_squares, 5, 2),
-        (sum_of_cubes, 4, 6),
+        (sum_of_cubes, 3, 6),
+        (difference_of_products, 9, 5),
+        (vector_in_trivector, 70, 47),
+        (reflected_twice, 34, 20),
+        (points_reflected, 14, 15),
+        (product_of_three, 80, 52),
         (motors_of_four_dimensions, 112, 128),
         (dense_product, 214, 244),
     ],
@@ -557,10 +618,6 @@ def test_roots_keep_their_digits_where_the_square_vanishes() -> None:
             rows = [[1, *map(mpmath.mpf, p), mpmath.fdot(p, p) / 2] for p in points.tolist()]
             exact = mpmath.sqrt(abs(_square_of_minors(rows)))
         assert abs(compute(*points) - float(exact)) <= 1e-7 * float(exact)
-
-
-FIVE = orthogonal(5)
-VECTOR = FIVE.layout("vector of five", "e1 e2 e3 e4 e5")
 
 
 @kernel(a=VECTOR, b=VECTOR, c=VECTOR, d=VECTOR)

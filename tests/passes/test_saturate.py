@@ -6,7 +6,7 @@ from random import Random
 
 import pytest
 
-from gacompiler import Kernel, dual, kernel, norm, polarity, sandwich
+from gacompiler import Kernel, dual, kernel, norm, norm_squared, polarity, sandwich
 from gacompiler.algebra.catalog import PGA3, VGA3
 from gacompiler.algebra.layout import SCALAR
 from gacompiler.frontend.kernel import trace
@@ -116,6 +116,19 @@ def test_the_order_of_the_rules_has_no_influence(each: Kernel) -> None:
 @all_cases("each", TEXTS)
 def test_expected_forms(each: Kernel) -> None:
     assert str(saturate(trace(each).expressions)[0]) == TEXTS[each]
+
+
+@kernel(m=MOTOR, s=SCALAR)
+def square_of_moved_number(m, s):
+    return norm_squared(sandwich(m, s))
+
+
+def test_numbers_are_not_replaced_by_multivectors_of_the_same_value() -> None:
+    """The rules make ``sandwich(m, s)`` and `s` equal, and the square of a number knows no other algebra."""
+    given = trace(square_of_moved_number).expressions
+    inputs = sample(square_of_moved_number, Random(5))
+    (value,) = meaning(saturate(given), inputs)
+    assert value.terms == {0: inputs["s"] ** 2}
 
 
 @kernel(m=PGA3.even, a=MOTOR, b=MOTOR)

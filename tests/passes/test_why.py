@@ -130,6 +130,7 @@ def test_candidates_that_lose_digits_are_reported_as_rejected() -> None:
 
     text = why(compile_kernel(squared_sine))
     assert "rejected, because they lose digits: " in text and "the cheapest 1 mul, 1 add: as written" in text
+    assert "units of error for ordinary arguments, 16 accepted" in text
 
 
 def test_candidates_that_lose_digits_are_not_alternatives() -> None:
