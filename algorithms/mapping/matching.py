@@ -281,24 +281,19 @@ def _as_likely(a: Outline, b: Outline, found: Aligned, held: Support, motors: Re
     Motions farther along the least certain direction, which have too little overlap for votes, are tried, too.
     """
     apart = motors[~are_near(found.motors, motors, *_APART)] if len(motors) else motors
-    most = max(held.contradicting, 1.0)
+    most = max(float(held.contradicting), 1.0)
     # Pairs of readings count in both directions.
     noise = Noise(float(found.sums[1] / found.sums[0]), float(found.sums[0] / 2))
-    likely = []
-    for start in (*apart, *_farther_along(a, b, found)):
-        if support(a, b, start, EXPLAINED).contradicting > most:
-            continue
-        motor, _, sums = aligned(a, b, start, _FINE)
-        if not np.isfinite(motor).all() or are_near(found.motors, motor, *_APART):
-            continue
-        theirs = support(a, b, motor, EXPLAINED)
-        if theirs.contradicting > most or theirs.readings < _LEAST_SUPPORT:
-            continue
-        if agreement(a, b, motor[None], EXPLAINED)[0] < LEAST_SCORE:
-            continue
-        if not noise.contradicted(sums[1] / 2, int(sums[0] / 2)):
-            likely.append(motor)
-    return np.array(likely).reshape(-1, 4)
+    starts = np.concatenate([apart, _farther_along(a, b, found)])
+    starts = starts[support(a, b, starts, EXPLAINED).contradicting <= most]
+    if not len(starts):
+        return starts
+    rivals, _, sums = aligned(a, b, starts, _FINE)
+    held = support(a, b, rivals, EXPLAINED)
+    possible = ~are_near(found.motors, rivals, *_APART) & (held.contradicting <= most)
+    possible &= (held.readings >= _LEAST_SUPPORT) & (agreement(a, b, rivals, EXPLAINED) >= LEAST_SCORE)
+    chosen = [k for k in np.flatnonzero(possible) if not noise.contradicted(sums[k, 1] / 2, int(sums[k, 0] / 2))]
+    return rivals[chosen]
 
 
 def _size(motors: Reals) -> Reals:

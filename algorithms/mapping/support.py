@@ -26,44 +26,44 @@ a surface, errors of angles and ranges may have moved it there. `sum_of_scores` 
 
 
 class Support(NamedTuple):
-    """Readings that determine a motion, and readings that contradict it."""
+    """Readings that determine motions (...,), and readings that contradict them."""
 
-    readings: float
+    readings: Reals
     """The least eigenvalue of the sum of ``n n^T`` over the normals n of readings on lines of both scans whose normals
     agree: the count of readings that determine the worst direction."""
-    contradicting: float
+    contradicting: Reals
     """The count of readings where the other scan has seen through."""
-    share: float
+    share: Reals
     """The share of readings where the other scan has seen through, of the scan that has more of them."""
 
     @property
-    def is_outvoted(self) -> bool:
-        """Whether more readings contradict the motion than determine each direction of it."""
-        return self.contradicting > self.readings
+    def is_outvoted(self) -> Reals:
+        """Whether more readings contradict a motion than determine each direction of it."""
+        return np.asarray(self.contradicting > self.readings)
 
 
-def support(a: Outline, b: Outline, motor: Reals, apart: float) -> Support:
-    """Return the readings of either scan that determine the worst direction, and those that contradict the motion.
+def support(a: Outline, b: Outline, motors: Reals, apart: float) -> Support:
+    """Return the readings of either scan that determine the worst direction of motions (..., 4), or contradict them.
 
     Readings count for both alike, and the scan decides that has less support. A corridor without doors has almost none,
     even if all readings agree. Readings contradict a motion if they are farther than `apart`, in metres, from all lines
     of the other scan and in the space that it shows to be free.
     """
-    one, two = _one_way(a, b, motor, apart), _one_way(b, a, np.asarray(pga2.motor_inverse(motor)), apart)
-    return Support(min(one[0], two[0]), max(one[1], two[1]), max(one[2], two[2]))
+    one, two = _one_way(a, b, motors, apart), _one_way(b, a, np.asarray(pga2.motor_inverse(motors)), apart)
+    return Support(np.minimum(one[0], two[0]), np.maximum(one[1], two[1]), np.maximum(one[2], two[2]))
 
 
-def _one_way(a: Outline, b: Outline, motor: Reals, apart: float) -> Support:
-    moved = np.asarray(kernels.moved_points(motor, b.points))
+def _one_way(a: Outline, b: Outline, motors: Reals, apart: float) -> Support:
+    moved = np.asarray(kernels.moved_points(motors, b.points))
     near = kernels.nearest(moved, a.targets)
     farther = _SPACING / (abs(b.scan.angle_step) * b.stride)
-    xx, xy, yy = b.stride * np.asarray(
-        kernels.normals_on_lines(motor, b.rows, *near, a.rows, np.array([_ON * _ON, _PARALLEL, farther]))
-    )
+    limits = np.array([_ON * _ON, _PARALLEL, farther])
+    sums = b.stride * np.asarray(kernels.normals_on_lines(motors, b.rows, *near, a.rows, limits))
+    xx, xy, yy = sums[..., 0], sums[..., 1], sums[..., 2]
     is_free = (near[0] > apart * apart) & _in_free_space(a, moved)
-    counts = np.minimum(np.hypot(*b.points[is_free].T) / farther, 1.0)
-    readings = float((xx + yy) / 2 - np.hypot((xx - yy) / 2, xy))
-    return Support(readings, b.stride * float(counts.sum()), float(is_free.mean()))
+    counts = np.minimum(np.hypot(*b.points.T) / farther, 1.0)
+    readings = np.asarray((xx + yy) / 2 - np.hypot((xx - yy) / 2, xy))
+    return Support(readings, b.stride * (is_free @ counts), is_free.mean(-1))
 
 
 def _in_free_space(a: Outline, points: Reals) -> Reals:
