@@ -248,7 +248,7 @@ def _result(
         return _nothing(MappingStatus.NOT_MATCHED)
     held = support(a, b, found.motors, EXPLAINED)
     # Readings that contradict the motion score this much more for one that explains them.
-    rivals = motors[1:][scores[1:] > score - max(_MARGIN, _SWING * held.share)]
+    rivals = motors[1:][scores[1:] > score - max(_MARGIN, _SWING * float(held.share))]
     others = rivals[~are_near(found.motors, rivals, *_APART)] if len(rivals) else rivals
     weight, squares = float(found.sums[0]), float(found.sums[1])
     residual = float(np.sqrt(squares / max(weight, 1e-9)))
