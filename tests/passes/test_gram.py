@@ -187,7 +187,7 @@ def test_products_of_duals(algebra: Algebra, of_duals: int) -> None:
                 assert expanded is None or same_value(expanded, product, random), product
                 assert expanded is not None or (change is not polarity and not of_duals)
     assert n == of_duals
-    ends = [hestenes_product(polarity(element("a", algebra, k)), polarity(lift(3))) for k in (0, 1)]
+    ends = [hestenes_product(polarity(element("a", algebra, k)), polarity(lift(algebra.scalar(3)))) for k in (0, 1)]
     assert all(expand_duals(each) is None for each in ends)
     assert expand_duals(inner_product(dual(element("a", algebra, 1)), polarity(element("b", algebra, 1)))) is None
 
