@@ -72,7 +72,7 @@ def chance_of_right_sets(scores: Reals, right: NDArray[np.bool_], size: int) -> 
 
 
 def checked_scores(scores: ArrayLike | None, n_items: int) -> Reals | None:
-    """Return scores (n,), or None.
+    """Return scores (n,) with 1 as the largest, whose sums are in the range of doubles, or None.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def checked_scores(scores: ArrayLike | None, n_items: int) -> Reals | None:
         raise ValueError(f"scores: shape {array.shape}; expected ({n_items},), one for each item")
     if n_items and not (np.isfinite(array).all() and array.min() >= 0 and array.max() > 0):
         raise ValueError("scores: negative, not finite, or all 0; expected numbers of 0 or more, and one more than 0")
-    return array
+    return np.asarray(array / array.max(initial=TINY))
 
 
 def all_or_some_sets(n_items: int, size: int, most: int) -> NDArray[np.intp]:

@@ -90,7 +90,9 @@ def motions_of_essential(essential: ArrayLike) -> Reals:
     expected = "finite matrices that are not 0"
     if not np.isfinite(matrix).all():
         refuse(VisionStatus.NOT_FINITE, "motions_of_essential", expected)
-    sizes = np.linalg.norm(matrix, axis=(-2, -1), keepdims=True)
-    if not sizes.all():
+    largest = np.abs(matrix).max((-2, -1), keepdims=True)
+    if not largest.all():
         refuse(VisionStatus.DEGENERATE, "motions_of_essential", expected)
+    matrix = matrix / largest
+    sizes = np.linalg.norm(matrix, axis=(-2, -1), keepdims=True)
     return np.stack(relative_poses.motions_of_essential(np.sqrt(2) / sizes * matrix), -2)

@@ -44,27 +44,28 @@ def triangulate_views(cameras: Sequence[Camera], pixels: ArrayLike, noise: float
     -------
     BundleAdjustment
         The cameras as given, with `points` (n, 3), their `point_status` and `point_covariance`. Points that fewer than
-        two cameras see are NaN, and TOO_FEW; NO_CONSENSUS are those whose distances contradict the noise, which is the
-        sooner seen if `noise` is given. `status` is that of all points together.
+        two cameras see are NaN, and TOO_FEW; those whose lines of sight are parallel, or start at one place, are NaN,
+        and DEGENERATE. NO_CONSENSUS are those whose distances contradict the noise, which is the sooner seen if `noise`
+        is given. `status` is that of all points together.
 
     Raises
     ------
     TypeError, ValueError
-        If there are not as many arrays of pixels as cameras.
+        If there are no cameras, or not as many arrays of pixels as cameras.
     """
     given = listed(cameras, "cameras", "cameras")
     image = real_array(pixels, "pixels", (-1, -1, 2), "views, points, x y").astype(np.float64)
-    if len(image) != len(given):
-        raise ValueError(f"pixels: {len(image)} views; expected {len(given)}, as many as there are cameras")
+    if not given or len(image) != len(given):
+        raise ValueError(
+            f"pixels: {len(image)} views; expected {len(given)}, as many as there are cameras, at least one"
+        )
     for k, camera in enumerate(given):
         if not isinstance(camera, Camera):
             raise TypeError(f"cameras[{k}]: {type(camera).__name__}; expected a Camera")
-    sights = np.array([camera.rays(each) for camera, each in zip(given, image, strict=True)]).reshape(
-        *image.shape[:2], 3
-    )
+    sights = np.array([camera.rays(each) for camera, each in zip(given, image, strict=True)])
     seen = np.isfinite(sights).all(-1)
-    centres = np.array([camera.centre for camera in given]).reshape(-1, 3)
-    middle = centres.mean(0) if len(centres) else np.zeros(3)
+    centres = np.array([camera.centre for camera in given])
+    middle = centres.mean(0)
     across = np.where(seen[..., None, None], np.eye(3) - sights[..., :, None] * sights[..., None, :], 0.0)
     sums = np.einsum("vnij,vj->ni", across, centres - middle)
     start = np.einsum("nij,nj->ni", np.linalg.pinv(across.sum(0), hermitian=True), sums) + middle
@@ -73,14 +74,14 @@ def triangulate_views(cameras: Sequence[Camera], pixels: ArrayLike, noise: float
         given, start, (view, point, image[view, point]), fixed_cameras=range(len(given)), covariance="points",
         noise=noise,
     )  # fmt: skip
-    is_open = (found.point_status == VisionStatus.TOO_FEW)[:, None]
-    status = found.point_status.copy()
+    is_open = found.point_status == VisionStatus.TOO_FEW
+    status = np.where(is_open & (seen.sum(0) > 1), VisionStatus.DEGENERATE, found.point_status)
     known = pixel_noise(np.diag([*np.mean([np.diag(each.intrinsics)[:2] for each in given], 0), 1.0]), noise)
     cost, count = np.bincount(point, found.residuals**2, minlength=len(status)), seen.sum(0)
     for n in np.unique(count[count > 1]):
         some = (count == n) & (status == VisionStatus.OK)
         status[some & known.contradicted(cost, 2 * int(n) - 3)] = VisionStatus.NO_CONSENSUS
-    return replace(found, points=np.where(is_open, np.nan, found.points), point_status=status)
+    return replace(found, points=np.where(is_open[:, None], np.nan, found.points), point_status=status)
 
 
 def metric_upgrade(
@@ -113,8 +114,8 @@ def metric_upgrade(
     Raises
     ------
     DegenerateError
-        If views determine no metric frame: if there are fewer than three, or if
-        motions leave it open, such as those without a rotation.
+        If views determine no metric frame: if there are fewer than three, or if motions leave it open, such as those
+        without a rotation.
     TypeError, ValueError
         If shapes differ.
     """

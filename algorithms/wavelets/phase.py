@@ -152,7 +152,7 @@ def gabor_bank(
 
 
 class GaborBands:
-    """Bands of images, each a product of spectra; images are mirrored so far that no filter reaches around them.
+    """Bands of images, each a product of spectra; images are mirrored at their edges.
 
     Parameters
     ----------
@@ -172,11 +172,15 @@ class GaborBands:
         array, self._exponents = in_range(image_stack(image))
         self._reach, self._balanced = positive_number(truncate, "truncate"), balanced
         self.shape, self.dtype = array.shape, np.result_type(array.dtype, np.complex64)
-        self._margins = [max((int(np.ceil(self._reach * size[axis])) for size in sizes), default=0) for axis in (0, 1)]
-        self._lengths = [
-            scipy.fft.next_fast_len(n + 2 * m) for n, m in zip(self.shape[-2:], self._margins, strict=True)
-        ]
-        around = [(0, 0)] * (array.ndim - 2) + [(m, m) for m in self._margins]
+        reaches = [max((int(np.ceil(self._reach * size[axis])) for size in sizes), default=0) for axis in (0, 1)]
+        self._lengths, around = list[int](), [(0, 0)] * (array.ndim - 2)
+        for n, reach in zip(self.shape[-2:], reaches, strict=True):
+            # Mirrored images repeat after twice their length, which suffices for all filters.
+            length = scipy.fft.next_fast_len(n + 2 * reach)
+            self._lengths.append(min(length, 2 * n))
+            around.append((reach, reach) if length <= 2 * n else (0, n))
+        rows, columns = (slice(before, before + n) for (before, _), n in zip(around[-2:], self.shape[-2:], strict=True))
+        self._inside = ..., rows, columns
         self._spectrum = scipy.fft.fft2(np.pad(np.ascontiguousarray(array), around, "symmetric"), self._lengths)
 
     def band(self, frequency: tuple[float, float], sizes: tuple[float, float]) -> NDArray[Any]:
@@ -188,12 +192,7 @@ class GaborBands:
             # whose frequency along this axis is 0.
             even = np.prod([tap.real.sum() for tap in taps])
             factors -= even * _spectrum_of([gabor_taps(0.0, size, self._reach) for size in sizes], self._lengths)
-        found = scipy.fft.ifft2(self._spectrum * factors.astype(self.dtype), overwrite_x=True)
-        rows, columns = (
-            slice(m + len(tap) // 2, m + len(tap) // 2 + n)
-            for m, tap, n in zip(self._margins, taps, self.shape[-2:], strict=True)
-        )
-        return np.asarray(found[..., rows, columns])
+        return np.asarray(scipy.fft.ifft2(self._spectrum * factors.astype(self.dtype), overwrite_x=True)[self._inside])
 
     def restored(self, result: Reals) -> Reals:
         """Multiply real results (..., K, M, N) or (..., K, M, N, 4) by the powers of 2 of images out of range."""
@@ -202,8 +201,11 @@ class GaborBands:
 
 
 def _spectrum_of(taps: Sequence[NDArray[Any]], lengths: Sequence[int]) -> NDArray[Any]:
-    """Return the spectrum (M, N) of a filter that is the product of two along the axes."""
-    rows, columns = (scipy.fft.fft(tap, length) for tap, length in zip(taps, lengths, strict=True))
+    """Return the spectrum (M, N) of a filter that is the product of two along the axes, with the middle ones at 0."""
+    around = [np.zeros(length, np.complex128) for length in lengths]
+    for tap, part in zip(taps, around, strict=True):
+        np.add.at(part, np.arange(-(len(tap) // 2), len(tap) // 2 + 1) % len(part), tap)
+    rows, columns = map(scipy.fft.fft, around)
     return np.asarray(rows[:, None] * columns)
 
 

@@ -72,6 +72,17 @@ def test_points_of_exact_views(unit: float, far: float) -> None:
     assert np.nanmax(np.abs(found.points - unit * points - far)) < 1e-9 * unit + 1e-14 * far
 
 
+def test_points_at_infinity_and_views_from_one_place_are_degenerate() -> None:
+    here = Camera.from_intrinsics(700, (320, 240))
+    aside = Camera(here.intrinsics, pga3.motor_from_rotation_vector_translation(np.zeros(3), np.array([1.0, 0, 0])))
+    pixels = np.array([[320.0, 240], [330, 250]])
+    for other in (here, aside):
+        found = triangulate_views([here, other], [pixels, pixels])
+        assert (found.point_status == VisionStatus.DEGENERATE).all() and np.isnan(found.points).all()
+    with pytest.raises(ValueError, match="at least one"):
+        triangulate_views([], np.empty((0, 2, 2)))
+
+
 def test_points_are_the_minimum_of_scipy_and_errors_agree_with_covariances() -> None:
     points, cameras, pixels = scene(1, 5, 0.4, n=300)
     pixels[2:][np.random.default_rng(141).random((3, 300)) < 0.4] = np.nan

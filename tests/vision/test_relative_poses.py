@@ -173,4 +173,7 @@ def test_public_essential_matrices_and_their_motions(n: int) -> None:
         ahead = [(points @ m[:3, :3].T + m[:3, 3])[:, 2] for m in motions]
         off = np.abs(motions[:, :3] - np.c_[turn, way]).max((1, 2))
         assert off.min() < 1e-5 and (ahead[off.argmin()] > 0).all() and len(motions) == 4
-    assert vision.motions_of_essential(found).shape == (len(found), 4, 8)
+    motions = vision.motions_of_essential(found)
+    assert motions.shape == (len(found), 4, 8)
+    for unit in (2.0**900, 2.0**-900):
+        assert np.abs(vision.motions_of_essential(unit * found) - motions).max() < 1e-12

@@ -68,6 +68,14 @@ def test_scores_good_and_misleading_give_right_results(name: str) -> None:
         assert (found.inliers & data["bad"]).sum() < 15 and found.inliers[~data["bad"]].mean() > 0.9
 
 
+def test_only_ratios_of_scores_matter() -> None:
+    """Also if their sum is beyond the range of doubles."""
+    data = scene(2, 0.5)
+    scores = data["scores"] / data["scores"].max()
+    found = [robust_homography(data["one"], data["flat"], 1.5, scores=2.0**k * scores) for k in (0, 1023, -900)]
+    assert len({each.n_samples for each in found}) == 1 and found[0].status == VisionStatus.OK
+
+
 @all_cases("name", sorted(CALLS))
 @all_cases("scores", [np.ones(199), -np.ones(200), np.zeros(200), np.full(200, np.nan)])
 def test_invalid_scores_are_refused(name: str, scores: Any) -> None:

@@ -228,3 +228,11 @@ def test_bands_equal_direct_filters(shape: tuple[int, int], balanced: bool) -> N
             expected = scipy.ndimage.convolve1d(expected, wave, axis, mode="reflect")
             smooth = scipy.ndimage.convolve1d(smooth, gaussian, axis, mode="reflect")
         assert np.abs(found[:, k] - expected + balanced * even * smooth).max() < 1e-14
+
+
+def test_filters_much_larger_than_images_need_no_more_memory() -> None:
+    """Of such widths, a filter of frequency 0 is the mean of the image, and of others 0."""
+    image = np.random.default_rng(9).normal(size=(6, 9))
+    found = complex_gabor_bank(image, [(0.0, 0.0), (0.1, 0.2)], 1e5)
+    np.testing.assert_allclose(found[0], image.mean(), atol=1e-9)
+    assert np.abs(found[1]).max() < 1e-9
