@@ -72,6 +72,41 @@ def joints(n: int, *shape: int, seed: int = 0) -> np.ndarray:
     return np.random.default_rng(seed).uniform(-pi, pi, (*shape, n))
 
 
+def ur(one: float, four: float, five: float, six: float, arms: float) -> list[list[float]]:
+    """The tip and the approach of an arm of Universal Robots at zero, stretched out backwards."""
+    return [[-arms, -four - six, one - five], [0, -1, 0]]
+
+
+def kinova(one: float, two: float, three: float, wrist: float, six: float, offset: float) -> list[list[float]]:
+    """The upper arm hangs down, the forearm stands up; both parts of the wrist lean by 30 degrees."""
+    return [[0, wrist - offset, one - two + three + 3**0.5 * wrist + six], [0, 0, 1]]
+
+
+@all_cases("name, home", [
+    ("ur3", ur(0.1519, 0.11235, 0.08535, 0.0819, 0.4569)),
+    ("ur10", ur(0.1273, 0.163941, 0.1157, 0.0922, 1.1843)),
+    ("ur3e", ur(0.15185, 0.13105, 0.08535, 0.0921, 0.45675)),
+    ("ur5e", ur(0.1625, 0.1333, 0.0997, 0.0996, 0.8172)),
+    ("ur10e", ur(0.1807, 0.17415, 0.11985, 0.11655, 1.18425)),
+    ("ur16e", ur(0.1807, 0.17415, 0.11985, 0.11655, 0.8384)),
+    ("ur20", ur(0.2363, 0.2010, 0.1593, 0.1543, 1.5907)),
+    ("ur30", ur(0.2363, 0.2010, 0.1593, 0.1543, 1.1407)),
+    ("jaco", kinova(0.2755, 0.41, 0.2073, 0.0743, 0.1687, 0.0098)),
+    ("mico", kinova(0.2755, 0.29, 0.1233, 0.0741, 0.16, 0.007)),
+    ("irb140", [[0.07 + 0.36, 0, 0.352 - 0.38 - 0.065], [0, 0, -1]]),
+    ("kr5", [[0.18 + 0.6 + 0.12, 0, 0.4 - 0.62 - 0.115], [0, 0, -1]]),
+    ("cobra600", [[0.325 + 0.275, 0, 0.387], [0, 0, -1]]),
+    ("sawyer", [[0.081, 0.1925 - 0.1685 + 0.1363, 0.317 - 0.13375], [0, 0, -1]]),
+    ("crx10ia", [[0.54, -0.15, -0.54 - 0.16], [0, 0, 1]]),
+])  # fmt: skip
+def test_arms_at_zero_by_lengths_of_their_makers(name: str, home: list[list[float]]) -> None:
+    arm = Robot.named(name)
+    pose = pga3.motor_to_matrix(arm.forward(np.zeros(arm.n_joints)))
+    assert np.abs(pose[:3, [3, 2]].T - home).max() < 1e-6  # lengths of Kinova are rounded
+    assert (arm.limits[:, 0] <= 0).all() and (arm.limits[:, 1] >= 0).all()
+    assert not name.startswith("ur") or (arm.limits[:, :2] == [-2 * pi, 2 * pi]).all()
+
+
 def test_puma_at_its_nominal_pose() -> None:
     """The translation that the Robotics Toolbox prints for ``puma.fkine(puma.qn)``."""
     pose = Robot.named("puma560").pose(TOOLBOX_NOMINAL)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from algorithms.mapping.floor_plans import FloorPlan
 from algorithms.mapping.navigation_status import FitStatus
@@ -123,6 +124,16 @@ def test_degenerate_points() -> None:
     assert fit_box(side).status == FitStatus.DEGENERATE and fit_box(side).fitted is None
     with pytest.raises(ValueError, match="points"):
         fit_circle(np.zeros((4, 3)))
+
+
+@pytest.mark.parametrize("share, status", [(0.97, FitStatus.OK), (1.03, FitStatus.UNEXPLAINED)])
+def test_a_box_leaves_three_degrees_of_freedom_less(share: float, status: FitStatus) -> None:
+    """Offsets whose sums, slopes and curvatures vanish are all residuals: noise leaves as much in one of 1,000 fits."""
+    signs = np.array([1, -1, -1, 1, -1, 1, 1, -1.0])
+    along, off = 1.1 + 0.05 * np.arange(8), 0.01 * np.sqrt(share * chi2.isf(1e-3, 16 - 3) / 16) * signs
+    sides = np.concatenate([np.stack([1 + off, along], 1), np.stack([along, 1 + off], 1)])
+    found = fit_box(sides, 0.01)
+    assert found.status == status and found.inliers.all()
 
 
 def test_bounds_of_boxes_contain_their_sizes() -> None:
