@@ -31,6 +31,8 @@ _SLIDES = np.arange(-12, 13) * 0.1
 """Metres by which the best hypothesis is moved along its least certain direction."""
 _FARTHER = np.arange(-60, 61) * 0.1
 """A limit on work: metres up to which rivals are looked for along it."""
+_SOME = 4
+"""A limit on work: motions are compared with every so many readings first."""
 _SLIDE_SCALE, _SLIDE_POINTS, _SLID = 0.1, 45, 0.03
 """Scale in metres, points of a scan, and loss for a metre, with which these are compared."""
 _TURNED_BY, _LEAST_RADIUS = np.array([0.0, -1.2, -0.9, -0.6, -0.3, 0.3, 0.6, 0.9, 1.2]), 1.2
@@ -285,9 +287,10 @@ def _as_likely(a: Outline, b: Outline, found: Aligned, held: Support, motors: Re
     # Pairs of readings count in both directions.
     noise = Noise(float(found.sums[1] / found.sums[0]), float(found.sums[0] / 2))
     starts = np.concatenate([apart, _farther_along(a, b, found)])
-    starts = starts[support(a, b, starts, EXPLAINED).contradicting <= most]
-    if not len(starts):
-        return starts
+    for every in (_SOME, 1):
+        starts = starts[support(a, b, starts, EXPLAINED, every).contradicting <= most]
+        if not len(starts):
+            return starts
     rivals, _, sums = aligned(a, b, starts, _FINE)
     held = support(a, b, rivals, EXPLAINED)
     possible = ~are_near(found.motors, rivals, *_APART) & (held.contradicting <= most)
