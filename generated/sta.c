@@ -2,7 +2,7 @@
 // command: gac generate --all sta
 // spec: 4adedc84585cfac7
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 4ab41a2b8db527fb58c07a2de3278a7a85dd65974baed12f232afe03d84fb7a5
+// body: ec1dc6b9b2ac0c32e1a6b7ed62800fb1e2335ad042172a5868bfd3abdccba9c7
 
 #ifndef REAL
 #include "sta.h"
@@ -1034,7 +1034,7 @@ static INLINE void NAME(rotor_logarithm_within)(const REAL *r, REAL *out)
     const REAL t1 = r_1 * r_1 - t0 - (REAL)1;
     const REAL t2 = ABS(r_1);
     const REAL t3 = t1 * t1 + t2 * (t0 * t2 * (REAL)4);
-    const REAL t4 = LESS(t3, (REAL)1e-36);
+    const REAL t4 = LESS(t3, t2 * (REAL)1e-36);
     const REAL t5 = SQRT(SELECT(t4, (REAL)1, t3));
     const REAL t6 = SELECT(t4, (REAL)0, t5);
     const REAL t7 = t1 + t0 * (REAL)2;
@@ -1105,20 +1105,27 @@ INLINE void NAME(rotor_square_root)(const REAL *r, REAL *out)
         r_g0123 = r[7];
     const REAL t0 = SELECT(LESS(r_1, (REAL)0), (REAL)-1, (REAL)1);
     const REAL t1 = r_g0123 * t0;
-    const REAL t2 = ((REAL)1 + ABS(r_1)) * (REAL)2;
-    const REAL t3 = SQRT(t2 * t2 + t1 * t1 * (REAL)4);
-    const REAL t4 = SQRT((t2 + t3) * (REAL)0.5);
-    const REAL t5 = (REAL)1 / (t3 * t4);
-    const REAL t6 = t0 * t1;
-    const REAL t7 = t0 * (t4 / t3);
-    out[0] = (REAL)0.5 * t4;
-    out[1] = r_g10 * t7 - t5 * (r_g23 * t6);
-    out[2] = t5 * (r_g13 * t6) + r_g20 * t7;
-    out[3] = r_g30 * t7 - t5 * (r_g12 * t6);
-    out[4] = r_g12 * t7 + t5 * (r_g30 * t6);
-    out[5] = r_g13 * t7 - t5 * (r_g20 * t6);
-    out[6] = r_g23 * t7 + t5 * (r_g10 * t6);
-    out[7] = t1 * (REAL)0.5 / t4;
+    const REAL t2 = (REAL)2 * t1;
+    const REAL t3 = ((REAL)1 + ABS(r_1)) * (REAL)2;
+    const REAL t4 = SQRT(t3 * t3 + t2 * t2);
+    const REAL t5 = SQRT((t3 + t4) * (REAL)0.5);
+    const REAL t6 = t1 / t5;
+    const REAL t7 = (REAL)1 + r_1 * t0;
+    const REAL t8 = (REAL)1 / t4;
+    const REAL t9 = r_g23 * t0;
+    const REAL t10 = r_g10 * t0;
+    const REAL t11 = r_g13 * t0;
+    const REAL t12 = r_g20 * t0;
+    const REAL t13 = r_g12 * t0;
+    const REAL t14 = r_g30 * t0;
+    out[0] = t8 * (t5 * t7 + t1 * t6);
+    out[1] = -(t8 * (t6 * t9 - t5 * t10));
+    out[2] = t8 * (t5 * t12 + t6 * t11);
+    out[3] = -(t8 * (t6 * t13 - t5 * t14));
+    out[4] = t8 * (t5 * t13 + t6 * t14);
+    out[5] = t8 * (t5 * t11 - t6 * t12);
+    out[6] = t8 * (t5 * t9 + t6 * t10);
+    out[7] = t8 * (t1 * t5 - t7 * t6);
 }
 
 #define PARTS_rotor_square_root(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 8, 8, 1, 8)
@@ -1132,7 +1139,7 @@ static INLINE void NAME(rotor_power_within)(const REAL *r, REAL t, REAL *out, WO
     const REAL t1 = r_1 * r_1 - t0 - (REAL)1;
     const REAL t2 = ABS(r_1);
     const REAL t3 = t1 * t1 + t2 * (t0 * t2 * (REAL)4);
-    const REAL t4 = LESS(t3, (REAL)1e-36);
+    const REAL t4 = LESS(t3, t2 * (REAL)1e-36);
     const REAL t5 = SQRT(SELECT(t4, (REAL)1, t3));
     const REAL t6 = SELECT(t4, (REAL)0, t5);
     const REAL t7 = t1 + t0 * (REAL)2;
@@ -1258,7 +1265,7 @@ static INLINE void NAME(interpolate_rotors_within)(const REAL *a, const REAL *b,
     const REAL t5 = t1 * t1 - t4 - (REAL)1;
     const REAL t6 = ABS(t1);
     const REAL t7 = t5 * t5 + t6 * (t4 * t6 * (REAL)4);
-    const REAL t8 = LESS(t7, (REAL)1e-36);
+    const REAL t8 = LESS(t7, t6 * (REAL)1e-36);
     const REAL t9 = SQRT(SELECT(t8, (REAL)1, t7));
     const REAL t10 = SELECT(t8, (REAL)0, t9);
     const REAL t11 = t5 + t4 * (REAL)2;

@@ -18,7 +18,7 @@ from .loops import StoredScans
 from .matching import match_scans
 from .motions import length_and_angle, relative
 from .odometry_noise import OdometryNoise, pose_of
-from .recovery import ENOUGH, RESTING, earlier_match, has_moved, is_confirmed, is_new_view
+from .recovery import ENOUGH, RESTING, contradicts, earlier_match, has_moved, is_new_view
 from .scan import Scan
 from .segments import Segments, segments
 from .status import MappingStatus
@@ -258,7 +258,7 @@ class Mapper:
         best = self._aligned(scan, seen, reference, guesses, prior)
         accepted = best is not None and (best.share >= ENOUGH or (measured and is_new_view(best)))
         if best is not None and self._by_odometry and accepted:
-            accepted = is_confirmed(self._path, self._scans, scan, best, first)
+            accepted = not contradicts(self._scans[last], scan, best)
         if best is not None and accepted:
             if self._by_odometry:
                 angle, shift = pga2.motor_to_angle_translation(relative(self._motion, best.motor))

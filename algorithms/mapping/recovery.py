@@ -35,22 +35,10 @@ def is_new_view(found: Alignment) -> bool:
     return found.agreement >= _AGREES and found.share >= _OVERLAP
 
 
-def is_confirmed(path: Keyframes, scans: StoredScans, scan: Scan, found: Alignment, first: int) -> bool:
-    """Return whether the motion from the last scan, without a prior, is the one that was found.
-
-    If that motion is not OK, the readings near known surfaces have to be on them, or the motion from a scan before, of
-    those from a first one on, has to be OK: in crowds, many readings are on people, who stand elsewhere by then. If it
-    is another one, odometry has slipped.
-    """
-    last = len(path) - 1
-    place = pga2.motor_product(path.motors[last], found.motor)
-    for row in range(last, max(last - _MOST_TRIED, first - 1), -1):
-        match = match_scans(scans[row], scan)
-        if match.status == MappingStatus.OK:
-            return bool(are_near(match.motor, relative(path.motors[row], place), *_NEAR))
-        if found.agreement >= _AGREES:
-            return True
-    return False
+def contradicts(last: Scan, scan: Scan, found: Alignment) -> bool:
+    """Return whether the motion from the last scan, without a prior, is another one: then odometry has slipped."""
+    match = match_scans(last, scan)
+    return match.status == MappingStatus.OK and not are_near(match.motor, found.motor, *_NEAR)
 
 
 def has_moved(last: Scan | None, scan: Scan) -> bool:

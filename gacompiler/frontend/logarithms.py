@@ -7,10 +7,9 @@ sum ``s - 2 P``, the difference ``D = sqrt(s**2 - 4 P w**2)`` and the product ``
 
     (H0 + H1 p) b,    H1 = (C2 T2 - C1 T1)/D,    K = (C1 T2 - C2 T1)/D,    H0 = C2 T1 - h2 K,
 
-without division by a cosine, so rotations by pi in one plane are not singular. If ``D`` is small (isoclinic rotations,
-and rotations by nearly pi in both planes), the cosines are the eigenvalues ``w +- sqrt P`` of ``w + p``. Their sines
-follow from `b` alone, because `w` has no correct digit near two half turns. If `p` can be a null element, a power
-series is used near 1.
+without division by a cosine, so rotations by pi in one plane are not singular. If ``D`` is small (isoclinic rotations),
+the eigenvalues ``w +- sqrt P`` of ``w + p`` are used instead. If `p` can be a null element, a power series is used
+near 1.
 """
 
 from __future__ import annotations
@@ -56,8 +55,7 @@ def unit_versor_logarithm(r: Any) -> Any:
     if form.q.zero:
         h0, h1 = _with_null_square(s, cosine, length, form)
     else:
-        turned = ((b ^ b) * p)["1"] if form.isoclinic else 0
-        h0, h1 = _of_two_numbers(s, cosine, (p * p)["1"], select(left, -turned, turned), form)
+        h0, h1 = _of_two_numbers(s, cosine, (p * p)["1"], form)
     return select(left, -h0, h0) * b + (h1 * p * b).grade(2)
 
 
@@ -91,13 +89,10 @@ def form_of_versor(r: Any) -> Form:
     return replace(form, rest=frozenset(), vanishing=form.s.both)
 
 
-def stretch(
-    h: Value, c: Value, signs: Signs, vanishing: bool = True, length: Value | None = None, left: bool = False
-) -> Value:
+def stretch(h: Value, c: Value, signs: Signs, vanishing: bool = True, length: Value | None = None) -> Value:
     """Return ``T = 1 / S(x)`` from ``h = S**2 x`` of the given signs and ``c = C(x)``.
 
-    `c` may have any sign if `h` is negative, and may be -1 if `left` is true. `length` is a known square root of `h` or
-    ``-h``, of any sign.
+    `c` may have any sign if `h` is negative. `length` is a known square root of `h` or ``-h``, of any sign.
     """
     if signs.zero:
         return 1
@@ -110,16 +105,13 @@ def stretch(
     close = (absolute(tangent) if signs.both else tangent if signs.positive else -tangent) < select(c < 0, 0, CLOSE)
     size = absolute(h) if signs.both else h if signs.positive else -h
     u = sqrt(select(close, ONE, size)) if length is None else absolute(select(close, ONE, length))
-    # Half turns in both planes have no logarithm: of exact numbers, 1 / 0 says so before pi, which is irrational.
-    shortened = 1 / u if left else 0
     if signs.positive:
         angle = log(select(h < 0, 1, u + c) if signs.negative else u + c)
     if signs.both:
         angle = select(h < 0, atan2(u, c), angle)
     elif signs.negative:
         angle = atan2(u, c)
-    far = angle * shortened if left else angle / u
-    return select(close, 2 * inverse * polynomial_of(_AREAS, select(close, tangent, 0)), far)
+    return select(close, 2 * inverse * polynomial_of(_AREAS, select(close, tangent, 0)), angle / u)
 
 
 def _with_null_square(s: Value, c: Value, length: Value | None, form: Form) -> Pair:
@@ -134,14 +126,13 @@ def _with_null_square(s: Value, c: Value, length: Value | None, form: Form) -> P
     return t, second
 
 
-def _of_two_numbers(s: Value, w: Value, p2: Value, turned: Value, form: Form) -> Pair:
-    """Return ``H`` of ``w + p`` with ``w >= 0``, ``p p = p2`` and ``(b ^ b) . p = turned``."""
+def _of_two_numbers(s: Value, w: Value, p2: Value, form: Form) -> Pair:
+    """Return ``H`` of ``w + p`` with ``w >= 0`` and ``p p = p2``."""
+    product = 4 * p2 * w * w
     near = maximum(s * s, 4 * absolute(p2)) < NEAR if form.nilpotent else 0
-    isoclinic = 0
-    if form.isoclinic:
-        isoclinic = select(near, 0, maximum(s * s, 8 * TINY) < 2 * p2 * maximum(4 * w * w, p2))
-    square = select(isoclinic, p2, s * s - 4 * p2 * w * w)
-    tiny = square < TINY
+    isoclinic = select(near, 0, maximum(s * s, 8 * TINY) < 2 * product) if form.isoclinic else 0
+    square = select(isoclinic, p2, s * s - product)
+    tiny = square < TINY * w  # not at rotations by pi in both planes
     root = sqrt(select(tiny, ONE, square))
     difference = select(tiny, 0, root)
     total = s - 2 * p2
@@ -149,13 +140,13 @@ def _of_two_numbers(s: Value, w: Value, p2: Value, turned: Value, form: Form) ->
     small = p2 / select(large < NEARLY_ZERO, 1, large)
     small = select(large < NEARLY_ZERO, p2, small)
     h1, h2 = select(total < 0, -small, large), select(total < 0, -large, small)
-    c1 = sqrt(maximum(select(isoclinic, ONE, (2 * w * w - s + difference) / 2), TINY))
+    c1 = sqrt(maximum((2 * w * w - s + difference) / 2, TINY))
     c2 = w / c1
     if form.isoclinic:
-        twice = turned / root
+        twice = 2 * w * root
         h1, h2 = select(isoclinic, s + twice, h1), select(isoclinic, s - twice, h2)
         c1, c2 = select(isoclinic, w + root, c1), select(isoclinic, w - root, c2)
-    t1, t2 = stretch(h1, c1, form.first), stretch(h2, c2, form.second, left=form.isoclinic)
+    t1, t2 = stretch(h1, c1, form.first), stretch(h2, c2, form.second)
     k = select(tiny, Fraction(2, 3), (c1 * t2 - c2 * t1) / root)
     second = select(isoclinic, (t1 - t2) / 2, c2 * t2 - c1 * t1) / root
     first = select(isoclinic, (t1 + t2) / 2, c2 * t1 - h2 * k)
@@ -184,31 +175,19 @@ def _inverse(a: Pair, square: Value) -> Pair:
 
 
 def unit_versor_square_root(r: Any) -> Any:
-    """Return ``(1 + r)/sqrt((1 + r)(1 + ~r))`` of `r` or ``-r``, whichever has a non-negative scalar part.
-
-    With ``a = 2 + 2 w``, the norm ``(1 + r)(1 + ~r) = a + 2 p`` has the eigenvalues ``a +- 2 sqrt P``. Their product
-    is ``a**2 - 4 P``. Near two half turns, where the smaller one vanishes, it follows from the sine, as in logarithms.
-    """
+    """Return ``(1 + r)/sqrt((1 + r)(1 + ~r))`` of `r` or ``-r``, whichever has a non-negative scalar part."""
     form, w = form_of_versor(r), r["1"]
-    flip, cosine = select(w < 0, -1, 1), absolute(w)
-    a = 2 + 2 * cosine
+    flip = select(w < 0, -1, 1)
+    a = 2 + 2 * absolute(w)
     whole = 1 + flip * r
     if not form.rest:
         return whole / sqrt(a)
+    p = 2 * flip * r.grade(4)
     if form.q.zero:
-        p = 2 * flip * r.grade(4)
         return whole * (1 - p / (2 * a)) / sqrt(a)
-    b, p = flip * r.grade(2), flip * r.grade(4)
-    p2 = (p * p)["1"]
-    square = a * a - 4 * p2
-    if form.isoclinic:
-        turned = p2 > w * w
-        sine = sqrt(select(turned, p2, ONE))
-        small = 2 * (((b ^ b) * p)["1"] / sine - (b * b)["1"]) / (1 - cosine + sine)
-        square = select(turned, (a + 2 * sine) * small, square)
-    size = sqrt(square)
-    root = sqrt(select(square > 0, (a + size) / 2, -ONE) if form.isoclinic else (a + size) / 2)
-    return root / 2 + p / (2 * root) + root / size * b - (p * b).grade(2) / (root * size)
+    size = sqrt(a * a - (p * p)["1"])
+    root = sqrt((a + size) / 2)
+    return whole * (root - p / (2 * root)) / size
 
 
 def number_logarithm(a: Any, along: Any = None) -> Any:
@@ -256,7 +235,7 @@ def number_square_root(a: Any, along: Any = None) -> Any:
     s = (v * v)["1"]
     square = w * w - s
     if form.s.positive and not form.s.negative:
-        root = sqrt(select(w < 0, -ONE, (w + sqrt(square)) / 2))
+        root = sqrt((w + sqrt(square)) / 2)
         return root + v / (2 * root)
     left = w < 0
     if form.s.positive:  # both of the numbers w + u and w - u must have a root

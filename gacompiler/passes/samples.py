@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import cycle
-from math import log2
 from random import Random
 from typing import Any
 
@@ -27,7 +26,7 @@ Small values also satisfy definitions with a bounded domain (such as a velocity 
 
 WORKING_DIGITS = 120
 """Number of decimal digits of values that are not rational. Cancellation in a deep definition may lose two thirds."""
-FAR = round(WORKING_DIGITS * log2(10))
+FAR = (10**WORKING_DIGITS).bit_length()
 """Values with more bits before the point than `WORKING_DIGITS` has are far from 1."""
 LONGEST = 2_000
 """Maximum number of bits of numerators and denominators; residues modulo a prime replace longer numbers."""
