@@ -414,12 +414,9 @@ def _of_unit(motors: Reals, name: str, normalize: Callable[[Reals], Any]) -> Rea
 
 def _twists_moved(motor: Reals) -> Reals:
     """Return the matrix (6, 6) that moves twists, rotation and translation, by a motor."""
-    rows = np.asarray(pga3.motor_to_matrix(motor))
-    turn, shift = rows[:3, :3], rows[:3, 3]
-    found = np.zeros((6, 6))
-    found[:3, :3] = found[3:, 3:] = turn
-    found[3:, :3] = np.cross(shift, turn.T).T
-    return found
+    # The coefficients of e12, e13 and e23 are the rotation about z, the opposite of that about y, and that about x.
+    order, signs = [2, 1, 0, 3, 4, 5], [1, -1, 1, 1, 1, 1]
+    return np.asarray(pga3.motor_to_adjoint(motor)[np.ix_(order, order)] * np.outer(signs, signs))
 
 
 def _numbers(value: ArrayLike) -> Reals:
