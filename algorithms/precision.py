@@ -1,4 +1,4 @@
-"""Tolerances from floating point, of which every package uses the same ones.
+"""Tolerances of which every package uses the same ones.
 
 Each is a part of the numbers from which a result follows, such as the largest singular value, the extent of points or
 the cost before a step. What is less than that part may be rounding errors.
@@ -25,6 +25,9 @@ CONVERGED = 1e-10
 """From floating point: a decrease of a cost by this part moves parameters by 1e-5 of their standard deviations."""
 NEGLIGIBLE = 1e-9
 """From floating point: rounding errors of solutions of equations whose condition is at most about a million."""
+LIKELY = 1e-6
+"""From a probability: a sum of squares that is lower by this part is a thirtieth of its deviation away, for a thousand
+items."""
 ROOT = 1e-7
 """From floating point: the root of a rounding error, by which double roots and solutions that coincide differ."""
 SINGLE = 1e-6

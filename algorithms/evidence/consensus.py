@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from generated import samples
 
 from ..arguments import Reals, finite_number
-from ..precision import TINY
+from ..precision import LIKELY, TINY
 from .chance import Freedom, by_chance, surely_not_by_chance, tail_by_chance
 from .sampling import Seed, chance_of_right_sets, drawn_sets, random_subsets
 
@@ -30,9 +30,6 @@ _STEPS = 50.0
 """and of those to a minimum."""
 _ROUNDS = 4
 """A limit on work: how often a minimum is left in search of a lower one."""
-_LOWER = 1e-6
-"""From a probability: a sum of squares that is lower by this part is a thirtieth of the deviation of a thousand items
-away."""
 N_WRONG = 5000
 """A limit on work: number of wrong pairs by which the distances of unrelated items are estimated."""
 _FACTORS = np.random.default_rng(0).normal(size=128)
@@ -118,7 +115,7 @@ def consensus(
             wanted = _samples_for(problem, inliers, confidence)
         if drawn >= min(wanted, max_samples):
             break
-        batch = int(min(batch, max_samples - drawn, ceil(min(wanted - drawn, batch))))
+        batch = ceil(min(batch, max_samples - drawn, wanted - drawn))
         model, cost = _best_of(problem, drawn_sets(rng, n, size, batch, problem.scores), threshold, rng)
         drawn += batch
         batch = min(4 * batch, _LARGEST)
@@ -193,7 +190,7 @@ def polished(problem: Problem, model: Reals, cost: float, threshold: float) -> t
         found = np.concatenate([problem.descend(each, threshold, _STEPS) for each in away])
         costs = _costs_of_few(problem, found, threshold)
         k = int(costs.argmin())
-        if costs[k] >= cost * (1 - _LOWER):
+        if costs[k] >= cost * (1 - LIKELY):
             break
         model, cost = found[k], float(costs[k])
     return model, cost

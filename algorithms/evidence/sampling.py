@@ -45,7 +45,7 @@ def random_subsets(rng: np.random.Generator, n_items: int, size: int, count: int
 def drawn_sets(rng: np.random.Generator, n_items: int, size: int, count: int, scores: Reals | None) -> NDArray[np.intp]:
     """Return `random_subsets`, of which the second half has items with probabilities in the ratio of `scores` (n,).
 
-    The first half remains as it is, so that misleading scores at most double the number of samples that are needed.
+    The first half is not weighted, so that misleading scores at most double the number of samples that are needed.
     """
     sets = random_subsets(rng, n_items, size, count)
     if scores is None:

@@ -12,8 +12,8 @@ from generated import linear_views, matrices, robust_views
 from ..arguments import Reals, real_array
 from ..evidence import Freedom, Problem, check_sampling, checked_scores
 from ..evidence.consensus import Indices
-from ..precision import CONVERGED, NEGLIGIBLE, rounding_of
-from .robust import SHORT, RobustEstimate, estimate, no_estimate, robust_estimate
+from ..precision import CONVERGED, LIKELY, NEGLIGIBLE, rounding_of
+from .robust import RobustEstimate, estimate, no_estimate, robust_estimate
 from .status import VisionStatus, check_points, one_set, refuse
 
 _NOISE = 1.5
@@ -168,6 +168,6 @@ def homography_problem(first: Reals, second: Reals, in_both: bool = False) -> Pr
 
     def descend(models: Reals, threshold: float, at_most: float) -> Reals:
         limit = ratio * threshold * threshold
-        return np.asarray(robust_views.descend_homography(models, first, second, limit, at_most, SHORT)[0])
+        return np.asarray(robust_views.descend_homography(models, first, second, limit, at_most, LIKELY)[0])
 
     return Problem(first, second, _FREEDOM, solve, distances, costs, descend)

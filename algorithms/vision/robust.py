@@ -10,9 +10,6 @@ from ..arguments import Reals
 from ..evidence import Consensus, Problem, Seed, consensus, explained_by_chance, near_by_chance
 from .status import VisionStatus
 
-SHORT = 1e-6
-"""From a probability: a last step before a better one is sought decreases the sum of squares by this part, which for a
-thousand pairs is a thirtieth of the deviation."""
 ALL = 1e20
 """A squared distance, or a sum of these, that no pixels reach: as a limit, it leaves out none."""
 

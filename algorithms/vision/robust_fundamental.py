@@ -13,10 +13,11 @@ from ..arguments import Reals, real_array
 from ..evidence import Freedom, Problem, Seed, check_sampling, checked_scores, consensus, explained_by_chance, polished
 from ..evidence.consensus import Indices, without_nan
 from ..evidence.noise import tail_of
+from ..precision import LIKELY
 from .degeneracy import WIDE, degenerate, displaced_by_chance, hidden_by_a_line, off_lines
 from .normalization import extents, homogeneous
 from .planes import homography_problem
-from .robust import ALL, SHORT, RobustEstimate, consensus_status, estimate, no_estimate, robust_estimate
+from .robust import ALL, RobustEstimate, consensus_status, estimate, no_estimate, robust_estimate
 from .status import VisionStatus, check_points, one_set
 
 _FREEDOM = Freedom(sample_size=7, parameters=7, codimension=1, solutions=3, false_alarms=1.0)
@@ -128,7 +129,7 @@ def _problem(first: Reals, second: Reals) -> Problem:
 
     def descend(models: Reals, threshold: float, at_most: float) -> Reals:
         limit = threshold * threshold
-        return np.asarray(robust_views.descend_fundamental(models, first, second, limit, at_most, SHORT)[0])
+        return np.asarray(robust_views.descend_fundamental(models, first, second, limit, at_most, LIKELY)[0])
 
     return Problem(first, second, _FREEDOM, solve, _distances, _costs, descend)
 
