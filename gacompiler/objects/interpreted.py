@@ -58,8 +58,8 @@ def _attempts(program: Program, calls: Any, driver: int, words: np.ndarray[Any, 
     """Return a function that runs a driver on arrays that the extension reads directly; None for all others."""
     (result,), shapes = program.results, tuple(argument.shape for argument in program.arguments)
     call = calls.Call()
-    ways = (0, driver, words.ctypes.data), (0, 0, 0)
-    call._bind(shapes, (result.shape,), 0, ways, sys.maxsize, PATIENCE // (4 * max(1, len(program.lines))))
+    loops = (0, driver, words.ctypes.data), (0, 0, 0)
+    call._bind(shapes, (result.shape,), 0, loops, sys.maxsize, PATIENCE // (4 * max(1, len(program.lines))))
     attempt: Callable[..., Any] = call.attempt
     return attempt
 
@@ -97,12 +97,12 @@ def _sum_or_multiple(program: Program, entries: Sequence[Line | None]) -> Callab
     pairs = [line.operands for line in entries if line is not None]
     one, two = (argument.components * (1 if argument.shape else len(pairs)) for argument in program.arguments)
     shapes = [bool(argument.shape) for argument in program.arguments]
-    if len(ops) != 1 or pairs not in (list(zip(one, two, strict=False)), list(zip(two, one, strict=False))):
+    is_swapped = pairs != list(zip(one, two, strict=False))
+    if len(ops) != 1 or (is_swapped and pairs != list(zip(two, one, strict=False))):
         return None
     function = _WHOLE.get(ops.pop())
     if function is None or not any(shapes):
         return None
-    is_swapped = pairs != list(zip(one, two, strict=False))
 
     def run(a: np.ndarray[Any, Any], b: np.ndarray[Any, Any]) -> Any:
         if not (a.shape == b.shape if all(shapes) else a.ndim == 0 or b.ndim == 0):

@@ -25,17 +25,17 @@ FUNCTIONS = ("inner_product", "left_contraction", "right_contraction", "scalar_p
 matrices = cache(lambda algebra: MatrixAlgebra(algebra.gram))
 
 
-def grown(random: Random, leaves: list[str], depth: int) -> Any:
+def random_tree(random: Random, leaves: list[str], depth: int) -> Any:
     """A random expression: a name, or an operation with its operands."""
     if depth == 0:
         return random.choice(leaves)
     kind = random.random()
     if kind < 0.15:
-        return ("sandwich", "v", grown(random, leaves, depth - 1))
+        return ("sandwich", "v", random_tree(random, leaves, depth - 1))
     if kind < 0.3:
-        return (random.choice(("norm_squared", "~", "grade")), grown(random, leaves, depth - 1))
+        return (random.choice(("norm_squared", "~", "grade")), random_tree(random, leaves, depth - 1))
     operation = random.choice((*FUNCTIONS, "^", "^", "^", "*", "+", "-"))
-    return (operation, grown(random, leaves, depth - 1), grown(random, leaves, random.randrange(depth)))
+    return (operation, random_tree(random, leaves, depth - 1), random_tree(random, leaves, random.randrange(depth)))
 
 
 def computed(tree: Any, names: dict[str, Any], functions: Any) -> Any:
@@ -86,7 +86,11 @@ def compare(seed: int) -> bool:
     vector, versor = algebra.layout("vector", " ".join(algebra.vectors)), algebra.UNIT_EVEN
     point = algebra.layouts.get("POINT", vector)
     layouts = {"a": vector, "b": vector, "c": point, "d": point, "v": versor}
-    tree = ("norm_squared", grown(random, list("abcd"), 2)) if seed % 4 == 0 else grown(random, list("abcd"), 3)
+    tree = (
+        ("norm_squared", random_tree(random, list("abcd"), 2))
+        if seed % 4 == 0
+        else random_tree(random, list("abcd"), 3)
+    )
     if isinstance(tree, str) or (algebra is CGA3 and str(tree).count("sandwich") > 1):
         return False
 
