@@ -130,41 +130,58 @@ def _views(rng: np.random.Generator, cv2: Any, poselib: Any, quick: bool) -> lis
 
 
 def _robust(cameras: list[Camera], cv2: Any, poselib: Any, quick: bool) -> list[Task]:
-    """Return fundamental matrices, homographies and poses from 500 points, with wrong pixels anywhere in the image."""
-    rng, n, k = np.random.default_rng(3), 60 if quick else 500, cameras[0].intrinsics
-    model = {"model": "PINHOLE", "width": 640, "height": 480, "params": [700.0, 700.0, 320.0, 240.0]}
+    """Return fundamental matrices, homographies and poses from 500 points, with wrong pixels anywhere in the image.
+
+    Every task has ten scenes, since numbers of samples vary, and all libraries have the same confidence.
+    """
+    rng, n, count = np.random.default_rng(3), 60 if quick else 500, 1 if quick else 10
     found = []
     for what, share in (
         *(("fundamental matrix", each) for each in (0.0, 0.3, 0.5)),
         *(("homography", each) for each in (0.0, 0.3, 0.5, 0.7)),
         *(("pose", each) for each in (0.3, 0.8)),
     ):
-        points = rng.normal(size=(n, 3)) * [1, 1, what != "homography"]
-        a, b = (camera.project(points) + 0.3 * rng.normal(size=(n, 2)) for camera in cameras)
-        wrong = rng.random(n) < share
-        b[wrong] = rng.uniform(0, [640, 480], (int(wrong.sum()), 2))
-        calls = _robust_calls(what, points, a, b, k, model, cv2, poselib)
-        found.append(Task(f"{what} from {n} points, {round(100 * share)} % outliers", 1, calls))
+        scenes = []
+        for _ in range(count):
+            points = rng.normal(size=(n, 3)) * [1, 1, what != "homography"]
+            a, b = (camera.project(points) + 0.3 * rng.normal(size=(n, 2)) for camera in cameras)
+            wrong = rng.random(n) < share
+            b[wrong] = rng.uniform(0, [640, 480], (int(wrong.sum()), 2))
+            scenes.append((points, b) if what == "pose" else (a, b))
+        calls = {}
+        for name, call in _robust_calls(what, cameras[0].intrinsics, cv2, poselib).items():
+            calls[name] = lambda call=call, scenes=scenes: [call(*scene) for scene in scenes]
+        found.append(Task(f"{what} from {n} points, {round(100 * share)} % outliers", count, calls))
     return found
 
 
-def _robust_calls(
-    what: str, points: Any, a: Any, b: Any, k: Any, model: Any, cv2: Any, poselib: Any
-) -> dict[str, Callable[[], object]]:
-    """Return the calls of all libraries for one scene."""
+def _robust_calls(what: str, k: Any, cv2: Any, poselib: Any) -> dict[str, Callable[[Any, Any], object]]:
+    """Return the functions of all libraries for one scene."""
+    model = {"model": "PINHOLE", "width": 640, "height": 480, "params": [700.0, 700.0, 320.0, 240.0]}
+    options = {"success_prob": 0.999}
     if what == "fundamental matrix":
-        ours: dict[str, Callable[[], object]] = {OURS: lambda: robust_fundamental_matrix(a, b)}
-        magsac = {"OpenCV MAGSAC": lambda: cv2.findFundamentalMat(a, b, cv2.USAC_MAGSAC, 1.0, 0.999, 5000)}
-        theirs = {"PoseLib": lambda: poselib.estimate_fundamental(a, b, {"max_epipolar_error": 1.0}, {})}
+        calls: dict[str, Callable[[Any, Any], object]] = {OURS: robust_fundamental_matrix}
+        if cv2 is not None:
+            calls["OpenCV MAGSAC"] = lambda a, b: cv2.findFundamentalMat(a, b, cv2.USAC_MAGSAC, 1.0, 0.999, 5000)
+        if poselib is not None:
+            calls["PoseLib"] = lambda a, b: poselib.estimate_fundamental(
+                a, b, {"max_epipolar_error": 1.0, **options}, {}
+            )
     elif what == "homography":
-        ours = {OURS: lambda: robust_homography(a, b)}
-        magsac = {"OpenCV MAGSAC": lambda: cv2.findHomography(a, b, cv2.USAC_MAGSAC, 2.0)}
-        theirs = {"PoseLib": lambda: poselib.estimate_homography(a, b, {"max_reproj_error": 2.0}, {})}
+        calls = {OURS: robust_homography}
+        if cv2 is not None:
+            calls["OpenCV MAGSAC"] = lambda a, b: cv2.findHomography(a, b, cv2.USAC_MAGSAC, 2.0, None, 5000, 0.999)
+        if poselib is not None:
+            calls["PoseLib"] = lambda a, b: poselib.estimate_homography(a, b, {"max_reproj_error": 2.0, **options}, {})
     else:
-        ours = {OURS: lambda: localize(points, b, k, threshold=2.0)}
-        magsac = {"OpenCV RANSAC": lambda: cv2.solvePnPRansac(points, b, k, None, reprojectionError=2.0)}
-        theirs = {"PoseLib": lambda: poselib.estimate_absolute_pose(b, points, model, {"max_reproj_error": 2.0}, {})}
-    return {**ours, **(magsac if cv2 is not None else {}), **(theirs if poselib is not None else {})}
+        calls = {OURS: lambda points, b: localize(points, b, k, threshold=2.0)}
+        if cv2 is not None:
+            sampling = {"iterationsCount": 5000, "reprojectionError": 2.0, "confidence": 0.999}
+            calls["OpenCV RANSAC"] = lambda points, b: cv2.solvePnPRansac(points, b, k, None, **sampling)
+        if poselib is not None:
+            reach = {"max_reproj_error": 2.0, **options}
+            calls["PoseLib"] = lambda points, b: poselib.estimate_absolute_pose(b, points, model, reach, {})
+    return calls
 
 
 def _relative_poses(cv2: Any, poselib: Any, quick: bool) -> list[Task]:
