@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import nullcontext
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -44,13 +45,22 @@ def find_kernel(target: str, algebra: str | None = None) -> Kernel:
     """Find a kernel given as ``SPEC:KERNEL``, or as a script."""
     if target.endswith(".clu"):
         target = f"{target}:{Path(target).stem}"
-    path, colon, name = target.rpartition(":")
-    if not colon:
+    if ":" not in target:
         raise SpecError(target, "it names no kernel", "SPEC:KERNEL, such as my_kernels.py:move")
-    kernels = {kernel.name: kernel for kernel in find_spec(path, algebra).kernels}
+    (kernel,) = find_kernels(target, algebra).kernels
+    return kernel
+
+
+def find_kernels(target: str, algebra: str | None = None) -> Spec:
+    """Load a spec, given as in `find_spec`, or with one of its kernels only, given as ``SPEC:KERNEL``."""
+    path, colon, name = target.rpartition(":")
+    if not colon or Path(target).exists():
+        return find_spec(target, algebra)
+    spec = find_spec(path, algebra)
+    kernels = {kernel.name: kernel for kernel in spec.kernels}
     if name not in kernels:
         raise SpecError(path, f"it defines no kernel {name}", "one of " + " ".join(kernels))
-    return kernels[name]
+    return replace(spec, kernels=(kernels[name],))
 
 
 def compiled_kernels(

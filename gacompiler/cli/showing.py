@@ -27,7 +27,7 @@ from ..ir.procedure_cost import costs_as_dict, costs_text
 from ..passes.bounds import lower_bound
 from ..passes.loops import compile_loops
 from ..passes.pipeline import compile_kernel
-from .arguments import compiled_kernels, find_kernel, find_spec
+from .arguments import compiled_kernels, find_kernel, find_kernels, find_spec
 from .framework import command
 from .options import algebra_option, cache_option, effort_option, json_option, model_option
 from .output import print_table, searching
@@ -86,13 +86,14 @@ def _explain(context: click.Context, _: click.Parameter, wanted: bool) -> None:
 
 @command(
     "gac cost my_kernels.py",
+    "gac cost my_kernels.py:move",
     "gac cost my_kernels.py --json",
     "gac cost pga3            a module under generated/",
     "gac cost pga3 --cost latency",
     "gac cost pga3 --bound    with lower bounds for every program",
     "gac cost --explain       list the cost models",
 )
-@click.argument("spec")
+@click.argument("spec", metavar="SPEC[:KERNEL]")
 @json_option
 @cache_option
 @algebra_option
@@ -114,7 +115,7 @@ def cost(
     Cheaper forms that lose digits are listed with their errors, in units in the last place. Write such a form yourself
     to have it: errors are compared with those of the form that is written.
     """
-    found = compiled_kernels(find_spec(spec, algebra), cache, effort, model, keep_best=True)
+    found = compiled_kernels(find_kernels(spec, algebra), cache, effort, model, keep_best=True)
     chosen = MODELS[model]
     counts: dict[str, dict[str, Any]] = {}
     refused: dict[str, str] = {}

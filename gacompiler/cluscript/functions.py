@@ -22,7 +22,7 @@ def _exponential(value: Any) -> Any:
     square = element.algebra.blade_product(blade, blade)
     if set(square) - {0}:
         return functions.exp(element)
-    number, size = square.get(0, 0), element[blade]
+    number, size = square.get(0, 0), element.coefficient_at(blade)
     if number == 0:
         return 1 + element
     root = sqrt(abs(number)) if abs(number) != 1 else 1

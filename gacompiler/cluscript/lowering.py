@@ -325,7 +325,7 @@ class Lowering:
             raise self._fail(node.place, "a coefficient of what is not a basis blade", "coefficient(x, e1^e2)")
         ((bitmap, sign),) = terms.items()
         if isinstance(value, (Expression, Multivector)) and (bitmap == 0 or value.algebra != SCALARS):
-            found = self._guarded(node.place, lambda: value[bitmap])
+            found = self._guarded(node.place, lambda: value.coefficient_at(bitmap))
         elif isinstance(value, Expression):
             found = Fraction(0)
         else:

@@ -30,7 +30,7 @@ def scalar_part(value: Any) -> Any:
         return value
     if 0 not in value.blades:
         raise KernelError("a function of numbers", f"{value}, which has no scalar part", "a scalar")
-    return value[0]
+    return value["1"]
 
 
 def of_scalars(function: Callable[..., Any]) -> Callable[..., Any]:

@@ -85,14 +85,14 @@ def _kept(product: Any, b: Any) -> Any:
 
 def length_of(b: Any, form: Form) -> Value | None:
     """Return a square root of ``s`` or ``-s``, of either sign, if it is a coefficient of `b`; else None."""
-    return None if form.axis is None else b[form.axis]
+    return None if form.axis is None else b.coefficient_at(form.axis)
 
 
 def circle_of(b: Any, form: Form) -> tuple[Value, Multivector] | None:
     """Return the coefficient and the blade if `b` is a multiple of a basis blade with the square -1; else None."""
     if form.axis is None or not form.s.negative or blades_of(b) != {form.axis}:
         return None
-    return b[form.axis], Multivector(b.algebra, {form.axis: 1})
+    return b.coefficient_at(form.axis), Multivector(b.algebra, {form.axis: 1})
 
 
 def circular(x: Value, signs: Signs, vanishing: bool = True, length: Value | None = None) -> Pair:

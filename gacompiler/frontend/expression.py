@@ -101,12 +101,15 @@ class Expression(Immutable, WithCoefficients):
         """Return the part of the given grades."""
         return Expression(Operation.GRADE, (self,), grades, self.algebra)
 
-    def __getitem__(self, blade: str | int) -> Expression:
-        """Return the coefficient of a blade, given in any spelling or by bitmap, as a scalar."""
-        if not isinstance(blade, (str, int)):
+    def __getitem__(self, blade: str) -> Expression:
+        """Return the coefficient of a blade, given in any spelling, as a scalar."""
+        if not isinstance(blade, str):
             raise KernelError("a coefficient in a kernel", f"{self}[{blade}]", "the name of a blade", 'write x["e12"]')
-        where = self.algebra.blade(blade) if isinstance(blade, str) else (1, blade)
-        return Expression(Operation.COEFFICIENT, (self,), where, SCALARS)
+        return Expression(Operation.COEFFICIENT, (self,), self.algebra.blade(blade), SCALARS)
+
+    def coefficient_at(self, bitmap: int) -> Expression:
+        """Return the coefficient of a blade, given by its bitmap, as a scalar."""
+        return Expression(Operation.COEFFICIENT, (self,), (1, bitmap), SCALARS)
 
     def __add__(self, other: Any) -> Expression:
         return node(Operation.ADD, self, other)

@@ -111,8 +111,8 @@ def versor_logarithm(r: Any) -> Any:
     frame = frame_of(r.algebra)
     space = _signature("log", r.algebra)
     if frame is None:
-        return _bivector(space, _logarithm(space, [r[blade] for blade in space.blades]))
-    values = _changed(frame.to_frame, lambda blade: r[blade])
+        return _bivector(space, _logarithm(space, [r.coefficient_at(blade) for blade in space.blades]))
+    values = _changed(frame.to_frame, r.coefficient_at)
     matrix = _logarithm(space, _stored(tuple(values[blade] for blade in space.blades)))
     terms = {1 << i | 1 << j: value for (i, j), value in _bivector_terms(space, _stored(matrix)).items()}
     return _element(r.algebra, _changed(_of_grade_2(frame.from_frame), terms.__getitem__))

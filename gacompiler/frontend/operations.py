@@ -17,9 +17,10 @@ from ..algebra.meanings import MEANINGS
 from ..algebra.multivector import Multivector
 from ..algebra.operations import Operation
 from ..algebra.versors import SMALL_DIMENSION, conjugate_factors
-from ..errors import AlgebraError, OperandError
-from .expression import Expression, lift, node
+from ..errors import AlgebraError, InexactError, OperandError
+from .expression import IN_FUNCTION, Expression, lift, node
 from .operands import checked, own_operations, refuse, without_values
+from .recording import is_recording
 from .rows import Array
 
 __all__ = [
@@ -59,6 +60,16 @@ def apply(operation: Operation, *arguments: Any) -> Any:
     if run is not None:
         return run(operation, *arguments)
     checked(operation, arguments)
+    try:
+        return _value(operation, arguments)
+    except InexactError:
+        if IN_FUNCTION.get() or is_recording():  # The kernel rounds the value of sqrt(2).
+            return node(operation, *arguments)
+        raise
+
+
+def _value(operation: Operation, arguments: tuple[Any, ...]) -> Any:
+    """Return the value of an operation on numbers and multivectors."""
     algebra = next((a.algebra for a in arguments if isinstance(a, Multivector)), None)
     if algebra is None:
         result = MEANINGS[operation](*(SCALARS.scalar(argument) for argument in arguments))

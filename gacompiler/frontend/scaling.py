@@ -42,7 +42,9 @@ def exponential_by_squaring(b: Any) -> Any:
     algebra, blades = b.algebra, sorted(blades_of(b))
     shares = weights(algebra, blades)
     squarings = next(k for k in count(PLAIN) if max(shares) * LARGEST**2 <= (SCALED * 2**k) ** 2)
-    size = sum(weight * b[blade] * b[blade] for weight, blade in zip(shares, blades, strict=True))
+    size = sum(
+        weight * b.coefficient_at(blade) * b.coefficient_at(blade) for weight, blade in zip(shares, blades, strict=True)
+    )
     limit = (SCALED * 2**squarings) ** 2
     inside = size <= limit
     nothing = sqrt(limit - size)  # NaN outside the valid range
@@ -80,7 +82,7 @@ def _head(x: Any, inside: Value, nothing: Value) -> Any:
     blades = sorted(blades_of(x))
     if not blades:
         return x
-    largest = reduce(maximum, [absolute(x[blade]) for blade in blades])
+    largest = reduce(maximum, [absolute(x.coefficient_at(blade)) for blade in blades])
     shift = HEAD * largest * Multivector(x.algebra, dict.fromkeys(blades, 1))
     return select(inside, x + shift, nothing * Multivector(x.algebra, dict.fromkeys(blades, 1))) - shift
 

@@ -68,7 +68,7 @@ def by_blade(algebra: Any, terms: Mapping[int, Any]) -> Any:
 
 def unit(x: Expression) -> Any:
     """Return a direction divided by its length."""
-    return x / sqrt(sum(x[blade] * x[blade] for blade in sorted(x.blades)))
+    return x / sqrt(sum(x.coefficient_at(blade) * x.coefficient_at(blade) for blade in sorted(x.blades)))
 
 
 def built(space: Any, name: str, builder: str, parts: list[Any]) -> Any:

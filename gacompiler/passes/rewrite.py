@@ -93,7 +93,7 @@ def spell_out_inverse(expression: Expression) -> Expression | None:
     if not others:
         return None
     rest = others[0] if len(others) == 1 else others[0] * others[1]
-    return first * (rest * (1 / norm[0]))
+    return first * (rest * (1 / norm["1"]))
 
 
 def split_sandwich(expression: Expression) -> Expression | None:

@@ -87,6 +87,8 @@ def test_check_compares_and_proves(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
 
 def test_cost_json(here: Path) -> None:
     counts = json.loads(run("cost", "my_kernels.py", "--json").output)["move_point"]
+    assert json.loads(run("cost", "my_kernels.py:move_point", "--json").output) == {"move_point": counts}
+    assert "no kernel mov;" in run("cost", "my_kernels.py:mov").output
     assert (counts["mul"], counts["add"], counts["div"], counts["sqrt"], counts["call"]) == (21, 18, 0, 0, 0)
     assert counts["fma"] <= 39
 

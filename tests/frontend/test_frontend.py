@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from fractions import Fraction
@@ -341,12 +342,19 @@ def test_comparing_expressions_with_equality_signs_is_not_a_condition() -> None:
         compile_kernel(kernel(a=SCALAR, b=SCALAR)(named(lambda a, b: select(a == b, 1, a))))
 
 
-def test_coefficients_are_also_indexed_by_bitmaps() -> None:
+def test_numbers_are_no_names_of_coefficients_in_kernels() -> None:
     symbol = move_point.parameters[1].symbols()
-    value = PGA3.POINT.element([2, 3, 5])
-    inputs = dict(zip(symbol.data.components, (2, 3, 5), strict=True))
-    bitmap = PGA3.blade("e032")[1]
-    assert evaluate([symbol[bitmap]], inputs)[0].scalar == value[bitmap]
+    with pytest.raises(KernelError, match=r'the name of a blade; write x\["e12"\]'):
+        symbol[0]  # the scalar part, or the first coefficient?
+
+
+def test_functions_of_constants_are_rounded_once() -> None:
+    @kernel(t=SCALAR)
+    def powers(t: Any) -> Any:
+        return 2**t, sqrt(2) * t, t * norm(VGA3.multivector({"e1": 1, "e2": 2}))
+
+    found = gacompiler.compile(powers)(3.0)
+    assert np.allclose(found, [8, 3 * math.sqrt(2), 3 * math.sqrt(5)], rtol=1e-15, atol=0)
 
 
 # Expressions

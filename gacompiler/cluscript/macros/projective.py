@@ -37,7 +37,7 @@ def _dual(algebra: Algebra, pairs: Sequence[tuple[str, str]]) -> Any:
 
 
 def _part(x: Any, name: str) -> Any:
-    return x[0] if name == "1" else part(x, name)
+    return x["1"] if name == "1" else part(x, name)
 
 
 def _shared(algebra: Algebra, pairs: Sequence[tuple[str, str]]) -> dict[tuple[str, int], Any]:
