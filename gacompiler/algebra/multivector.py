@@ -62,7 +62,9 @@ class Multivector(WithCoefficients):
         value = self.terms.get(bitmap, 0)
         return value if sign > 0 else -value
 
-    coefficient_at = __getitem__  # of expressions, which have no numbers of blades as indices
+    def coefficient_at(self, bitmap: int) -> Coefficient:
+        """Return the coefficient of a blade, given by its bitmap, as of expressions, whose indices are names."""
+        return self[bitmap]
 
     def __iter__(self) -> NoReturn:
         raise OperandError("a multivector", "it cannot be iterated", remedy='use a coefficient, x["e12"], or x.terms')

@@ -111,8 +111,6 @@ class SymbolicMultivector(Immutable, Multivector):
         sign, bitmap = self.algebra.blade(blade) if isinstance(blade, str) else (1, blade)
         return sign * self.expressions.get(bitmap, sympy.Integer(0))
 
-    coefficient_at = __getitem__
-
     @property
     def scalar(self) -> Any:
         """The scalar coefficient as a sympy expression."""

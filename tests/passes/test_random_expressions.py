@@ -113,10 +113,10 @@ def compare(seed: int) -> bool:
 
 
 def test_random_expressions_against_matrices() -> None:
-    assert sum(map(compare, range(16))) >= 12
+    assert all(map(compare, range(9)))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("part", range(10))
 def test_300_random_expressions_against_matrices(part: int) -> None:
-    assert sum(map(compare, range(16 + 34 * part, 50 + 34 * part))) >= 30
+    assert sum(map(compare, range(9 + 35 * part, 44 + 35 * part))) >= 30
