@@ -91,7 +91,12 @@ class Array:
         self.refuse()
 
     def __len__(self) -> int:
-        self.refuse()
+        raise KernelError(
+            "a kernel with loops",
+            "len() of an array of rows",
+            "an expression, since the number is known only when the kernel runs",
+            "use total(lambda row: 1, rows)",
+        )
 
     def __iter__(self) -> Iterator[Any]:
         self.refuse()
