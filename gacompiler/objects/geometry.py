@@ -315,4 +315,5 @@ class Geometry(Element):
 def _projected(x: Any, onto: Any) -> Any:
     if np.any(np.abs(np.asarray(onto.norm_squared())) <= 1e-12 * np.max(onto.values**2, axis=-1, initial=1e-300)):
         raise AlgebraError("project", f"onto a {onto.layout} whose norm is 0", "a blade with an inverse")
-    return x.inner_product(onto) * onto.inverse()
+    grades = shapes.grades_of(x)
+    return (x.inner_product(onto) * onto.inverse()).grade(*grades)  # The other grades cancel.
