@@ -2,7 +2,7 @@
 // command: gac generate --all clifford_svm
 // spec: 74c3d688bea5f3de
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: be5ce760983f0cda0e9c8acc9d08414b1e3bd7f7e2c214849d2f036889d2cd65
+// body: c4cd4999d6c5b85167d9a43e6747c05d999c2db32ad679499a06d68a472dde9c
 
 #ifndef REAL
 #include "clifford_svm.h"
@@ -86,7 +86,7 @@ GAC_AXIS(1, 1)
 #define WORK_steps_of_pairs(WORK) WORK(19, carry_0, scalar, 1, lanes) WORK(20, carry_1, scalar, 1, lanes) \
     WORK(21, carry_2, scalar, 1, lanes) WORK(22, ends, 3, 3, m) \
     WORK(23, state_carry_0, scalar, 1, m * blocks * lanes) WORK(24, state_carry_1, scalar, 1, m * blocks * lanes) \
-    WORK(25, carry_0_2, scalar, 1, lanes) WORK(26, carry_1_2, scalar, 1, lanes) WORK(27, number_34, scalar, 1, m) \
+    WORK(25, carry_0_2, scalar, 1, lanes) WORK(26, carry_1_2, scalar, 1, lanes) WORK(27, number_15, scalar, 1, m) \
     WORK(28, mapped_0_2, scalar, 1, blocks * lanes) WORK(29, mapped_1_2, scalar, 1, blocks * lanes) \
     WORK(30, carry_0_3, scalar, 1, lanes) WORK(31, carry_1_3, scalar, 1, lanes) \
     WORK(32, carry_2_2, scalar, 1, lanes) WORK(33, component_0, scalar, 1, m * blocks * lanes) \
@@ -214,14 +214,14 @@ static INLINE void NAME(steps_of_pairs_common_2)(REAL width, REAL *common_6)
     common_6[0] = LESS((REAL)0, width);
 }
 
-static INLINE void NAME(steps_of_pairs_number)(REAL state_carry_4, REAL common, REAL *number_9)
+static INLINE void NAME(steps_of_pairs_number)(REAL state_carry_4, REAL common, REAL *number_7)
 {
-    number_9[0] = FLOOR(state_carry_4 * common);
+    number_7[0] = FLOOR(state_carry_4 * common);
 }
 
-static INLINE void NAME(steps_of_pairs_number_2)(REAL state_carry_4, REAL common, REAL *number_10)
+static INLINE void NAME(steps_of_pairs_number_2)(REAL state_carry_4, REAL common, REAL *number_8)
 {
-    number_10[0] = state_carry_4 - FLOOR(state_carry_4 * common) / common;
+    number_8[0] = state_carry_4 - FLOOR(state_carry_4 * common) / common;
 }
 
 static INLINE void NAME(steps_of_pairs_mapped_start_2)(REAL *mapped_0, REAL *mapped_1)
@@ -244,9 +244,9 @@ static INLINE void NAME(steps_of_pairs_one_2)(REAL width, REAL floor, REAL state
     one_1[0] = SELECT(t6, k, number);
 }
 
-static INLINE void NAME(steps_of_pairs_number_3)(REAL common, REAL picked, REAL *number_21)
+static INLINE void NAME(steps_of_pairs_number_3)(REAL common, REAL picked, REAL *number_14)
 {
-    number_21[0] = picked - FLOOR(common * picked) / common;
+    number_14[0] = picked - FLOOR(common * picked) / common;
 }
 
 static INLINE void NAME(steps_of_pairs_number_start)(REAL *number_start)
@@ -255,17 +255,17 @@ static INLINE void NAME(steps_of_pairs_number_start)(REAL *number_start)
 }
 
 static INLINE void NAME(steps_of_pairs_common_3)(REAL width, REAL floor, REAL state_carry_3, REAL picked, REAL
-    picked_2, REAL picked_3, REAL picked_4, REAL picked_5, REAL picked_6, REAL picked_7, REAL picked_8, REAL
-    picked_9, REAL common, REAL *common_5)
+    picked_2, REAL picked_3, REAL picked_4, REAL picked_5, REAL picked_6, REAL picked_7, REAL picked_8, REAL common,
+    REAL *common_5)
 {
     const REAL t0 = LESS((REAL)0, picked_3);
     const REAL t1 = -width;
     const REAL t2 = SELECT(t0, width, t1);
-    const REAL t3 = picked_7 + SELECT(LESS_EQUAL(picked_3, picked_4), (REAL)-1.2676506002282294e+30, t2);
-    const REAL t4 = picked + picked_8 - picked_9 * (REAL)2;
+    const REAL t3 = picked_6 + SELECT(LESS_EQUAL(picked_3, picked_4), (REAL)-1.2676506002282294e+30, t2);
+    const REAL t4 = picked + picked_7 - picked_8 * (REAL)2;
     const REAL t5 = (t3 - state_carry_3) / MAXIMUM(floor, t4);
     const REAL t6 = SELECT(common, (REAL)0, picked_5);
-    const REAL t7 = SELECT(LESS(picked_2, (REAL)0), t6, picked_6) - picked_2;
+    const REAL t7 = SELECT(LESS(picked_2, (REAL)0), t6, picked_5) - picked_2;
     const REAL t8 = MINIMUM(t5, t7);
     const REAL t9 = SELECT(common, (REAL)0, picked_4);
     const REAL t10 = picked_3 - SELECT(t0, t9, picked_4);
@@ -274,17 +274,17 @@ static INLINE void NAME(steps_of_pairs_common_3)(REAL width, REAL floor, REAL st
 }
 
 static INLINE void NAME(steps_of_pairs_common_4)(REAL width, REAL floor, REAL state_carry_3, REAL picked, REAL
-    picked_2, REAL picked_3, REAL picked_4, REAL picked_5, REAL picked_6, REAL picked_7, REAL picked_8, REAL
-    picked_9, REAL common, REAL *common_7, REAL *common_8)
+    picked_2, REAL picked_3, REAL picked_4, REAL picked_5, REAL picked_6, REAL picked_7, REAL picked_8, REAL common,
+    REAL *common_7, REAL *common_8)
 {
     const REAL t0 = LESS((REAL)0, picked_3);
     const REAL t1 = -width;
     const REAL t2 = SELECT(t0, width, t1);
     const REAL t3 = SELECT(LESS_EQUAL(picked_3, picked_4), (REAL)-1.2676506002282294e+30, t2);
-    const REAL t4 = picked + picked_8 - picked_9 * (REAL)2;
-    const REAL t5 = (t3 - (state_carry_3 - picked_7)) / MAXIMUM(floor, t4);
+    const REAL t4 = picked + picked_7 - picked_8 * (REAL)2;
+    const REAL t5 = (t3 - (state_carry_3 - picked_6)) / MAXIMUM(floor, t4);
     const REAL t6 = SELECT(common, (REAL)0, picked_5);
-    const REAL t7 = SELECT(LESS(picked_2, (REAL)0), t6, picked_6);
+    const REAL t7 = SELECT(LESS(picked_2, (REAL)0), t6, picked_5);
     const REAL t8 = t7 - picked_2;
     const REAL t9 = MINIMUM(t5, t8);
     const REAL t10 = SELECT(common, (REAL)0, picked_4);
@@ -316,14 +316,14 @@ static INLINE void NAME(steps_of_pairs_new)(REAL b, REAL g, REAL k, REAL gain, R
 }
 
 static INLINE void NAME(steps_of_pairs_score_3)(REAL score, REAL row, REAL number, REAL low, REAL high, REAL
-    *score_5, REAL *row_5, REAL *number_41)
+    *score_5, REAL *row_5, REAL *number_19)
 {
     const REAL t0 = low - high;
     const REAL t1 = LESS(t0, score);
     const REAL t2 = SELECT(LESS(row, (REAL)0), (REAL)1, t1);
     score_5[0] = SELECT(t2, t0, score);
     row_5[0] = SELECT(t2, number, row);
-    number_41[0] = number + (REAL)1;
+    number_19[0] = number + (REAL)1;
 }
 
 static INLINE void NAME(steps_of_pairs_next_state_steps)(REAL tolerance, REAL state_steps, REAL picked, REAL
@@ -387,26 +387,22 @@ static INLINE void NAME(steps_of_pairs_within)(intptr_t samples, intptr_t size, 
     (void)lanes_;
     REAL sum, mapped[3], *const carry_0 = work, *const carry_1 = carry_0 + lanes, *const carry_2 = carry_1 + lanes,
         one[3], score, row, number, number_2, otherwise, a, *const ends = carry_2 + lanes, score_2, row_2, number_3,
-        number_4, otherwise_2[3], number_5, otherwise_3[3], number_6, otherwise_4[3],
-        *const state_carry_0 = ends + 3 * m, *const state_carry_1 = state_carry_0 + m * blocks * lanes,
-        state_carry_2, state_carry_3, state_carry_4, state_carry_5, state_steps, state_converged, converged, steps,
-        next_state_carry_2, next_state_carry_3, next_state_carry_4, next_state_carry_5, next_state_steps,
-        next_state_converged, number_7, otherwise_5, number_8, number_9, common, otherwise_6, number_10, number_11,
-        otherwise_7, number_12, otherwise_8, number_13, otherwise_9, number_14, otherwise_10, mapped_0, mapped_1,
+        number_4, otherwise_2[3], otherwise_3[3], otherwise_4[3], *const state_carry_0 = ends + 3 * m,
+        *const state_carry_1 = state_carry_0 + m * blocks * lanes, state_carry_2, state_carry_3, state_carry_4,
+        state_carry_5, state_steps, state_converged, converged, steps, next_state_carry_2, next_state_carry_3,
+        next_state_carry_4, next_state_carry_5, next_state_steps, next_state_converged, number_5, otherwise_5,
+        number_6, number_7, common, number_8, number_9, mapped_0, mapped_1,
         *const carry_0_2 = state_carry_1 + m * blocks * lanes, *const carry_1_2 = carry_0_2 + lanes, one_0, one_1,
-        score_3, row_3, number_15, number_16, otherwise_11, number_17, otherwise_12, number_18, number_19,
-        number_20, number_21, number_22, number_23, number_24, number_25, number_26, number_27, number_28,
-        number_29, number_30, otherwise_13, number_31, number_32, number_33, number_start,
-        *const number_34 = carry_1_2 + lanes, number_35, otherwise_14, number_36, otherwise_15, number_37,
-        number_38, new_0, new_1, common_2, common_3, common_4, common_5, common_6, common_7, common_8,
-        *const mapped_0_2 = number_34 + m, *const mapped_1_2 = mapped_0_2 + blocks * lanes, mapped_2[3],
+        score_3, row_3, number_10, number_11, number_12, number_13, number_14, number_start,
+        *const number_15 = carry_1_2 + lanes, number_16, new_0, new_1, common_2, common_3, common_4, common_5,
+        common_6, common_7, common_8, *const mapped_0_2 = number_15 + m,
+        *const mapped_1_2 = mapped_0_2 + blocks * lanes, mapped_2[3],
         *const carry_0_3 = mapped_1_2 + blocks * lanes, *const carry_1_3 = carry_0_3 + lanes,
-        *const carry_2_2 = carry_1_3 + lanes, one_2[3], score_4, row_4, number_39, number_40, otherwise_16, a_2,
+        *const carry_2_2 = carry_1_3 + lanes, one_2[3], score_4, row_4, number_17, number_18, otherwise_6, a_2,
         *const component_0 = carry_2_2 + lanes, *const component_1 = component_0 + m * blocks * lanes,
         *const component_2 = component_1 + m * blocks * lanes, *const component_3 = component_2 + m,
-        *const component_4 = component_3 + m, score_5, row_5, number_41, number_42, otherwise_17, number_43,
-        otherwise_18, number_44, otherwise_19, by_element, common_9, *const by_element_2 = component_4 + m,
-        by_element_4, *const by_element_5 = by_element_2 + blocks * lanes;
+        *const component_4 = component_3 + m, score_5, row_5, number_19, number_20, by_element, common_9,
+        *const by_element_2 = component_4 + m, by_element_4, *const by_element_5 = by_element_2 + blocks * lanes;
     NAME(steps_of_pairs_sum_start)(&sum);
     for (intptr_t i = 0; i < lanes; i++)
         NAME(steps_of_pairs_sum)(sum, &sum);
@@ -445,161 +441,114 @@ static INLINE void NAME(steps_of_pairs_within)(intptr_t samples, intptr_t size, 
     }
     COPY(1, &row_2, &number_4);
     NAME(steps_of_pairs_otherwise_start)(otherwise_2);
-    COPY(1, &row_2, &number_5);
     NAME(steps_of_pairs_otherwise_start)(otherwise_3);
-    COPY(1, &row_2, &number_6);
     NAME(steps_of_pairs_otherwise_start)(otherwise_4);
     NAME(steps_of_pairs_state_carry)(number_4 >= 0 && number_4 < m ? ends + 3 * (intptr_t)number_4 : otherwise_2,
-        number_5 >= 0 && number_5 < m ? ends + 3 * (intptr_t)number_5 : otherwise_3,
-        number_6 >= 0 && number_6 < m ? ends + 3 * (intptr_t)number_6 : otherwise_4, &state_carry_3, &state_carry_4,
+        number_4 >= 0 && number_4 < m ? ends + 3 * (intptr_t)number_4 : otherwise_3,
+        number_4 >= 0 && number_4 < m ? ends + 3 * (intptr_t)number_4 : otherwise_4, &state_carry_3, &state_carry_4,
         &state_carry_5, &state_steps, &state_converged, &converged, &steps);
     COPY(1, &row_2, &state_carry_2);
     NAME(steps_of_pairs_common)(sum, &common);
     NAME(steps_of_pairs_common_2)(width, &common_6);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
-        COPY(1, &state_carry_4, &number_7);
+        COPY(1, &state_carry_4, &number_5);
         NAME(steps_of_pairs_sum_start)(&otherwise_5);
-        NAME(steps_of_pairs_sum_start)(&number_8);
-        NAME(steps_of_pairs_number)(state_carry_4, common, &number_9);
-        NAME(steps_of_pairs_sum_start)(&otherwise_6);
-        NAME(steps_of_pairs_number_2)(state_carry_4, common, &number_10);
-        COPY(1, &state_carry_2, &number_11);
-        NAME(steps_of_pairs_sum_start)(&otherwise_7);
-        COPY(1, &state_carry_2, &number_12);
-        NAME(steps_of_pairs_sum_start)(&otherwise_8);
-        COPY(1, &state_carry_2, &number_13);
-        NAME(steps_of_pairs_sum_start)(&otherwise_9);
-        COPY(1, &state_carry_2, &number_14);
-        NAME(steps_of_pairs_sum_start)(&otherwise_10);
+        NAME(steps_of_pairs_sum_start)(&number_6);
+        NAME(steps_of_pairs_number)(state_carry_4, common, &number_7);
+        NAME(steps_of_pairs_number_2)(state_carry_4, common, &number_8);
+        COPY(1, &state_carry_2, &number_9);
         for (intptr_t j = 0; j < lanes; j++) {
             NAME(steps_of_pairs_mapped_start_2)(&mapped_0, &mapped_1);
             COPY(1, &mapped_0, carry_0_2 + j);
             COPY(1, &mapped_1, carry_1_2 + j);
         }
         for (intptr_t j = 0; j < blocks; j++) {
-            GAC_VECTORS(k, lanes, number_9 >= 0 && number_9 < blocks && number_10 >= 0 && number_10 < lanes &&
-                number_11 >= 0 && number_11 < m && number_12 >= 0 && number_12 < m && number_13 >= 0 && number_13 <
-                m && number_7 >= 0 && number_7 < samples && number_8 >= 0 && number_8 < size, {
-                NAME(steps_of_pairs_one_2)(width, floor, state_carry_3, GAC_EXISTS(number_9 >= 0 && number_9 <
-                    blocks && number_10 >= 0 && number_10 < lanes) ? diagonal[(intptr_t)number_9 * lanes +
-                    (intptr_t)number_10] : otherwise_6, carry_0_2[k], carry_1_2[k], numbers[j * lanes + k],
-                    GAC_EXISTS(number_11 >= 0 && number_11 < m) ? state_carry_0[((intptr_t)number_11 * blocks + j) *
-                    lanes + k] : otherwise_7, GAC_EXISTS(number_12 >= 0 && number_12 < m) ?
-                    state_carry_1[((intptr_t)number_12 * blocks + j) * lanes + k] : otherwise_8,
-                    GAC_EXISTS(number_13 >= 0 && number_13 < m) ? lower[((intptr_t)number_13 * blocks + j) * lanes +
-                    k] : otherwise_9, GAC_EXISTS(number_7 >= 0 && number_7 < samples && number_8 >= 0 && number_8 <
-                    size) ? gram[(((intptr_t)number_7 * size + (intptr_t)number_8) * blocks + j) * lanes + k] :
-                    otherwise_5, diagonal[j * lanes + k], &one_0, &one_1);
+            GAC_VECTORS(k, lanes, number_7 >= 0 && number_7 < blocks && number_8 >= 0 && number_8 < lanes &&
+                number_9 >= 0 && number_9 < m && number_5 >= 0 && number_5 < samples && number_6 >= 0 && number_6 <
+                size, {
+                NAME(steps_of_pairs_one_2)(width, floor, state_carry_3, GAC_EXISTS(number_7 >= 0 && number_7 <
+                    blocks && number_8 >= 0 && number_8 < lanes) ? diagonal[(intptr_t)number_7 * lanes +
+                    (intptr_t)number_8] : otherwise_5, carry_0_2[k], carry_1_2[k], numbers[j * lanes + k],
+                    GAC_EXISTS(number_9 >= 0 && number_9 < m) ? state_carry_0[((intptr_t)number_9 * blocks + j) *
+                    lanes + k] : otherwise_5, GAC_EXISTS(number_9 >= 0 && number_9 < m) ?
+                    state_carry_1[((intptr_t)number_9 * blocks + j) * lanes + k] : otherwise_5, GAC_EXISTS(number_9
+                    >= 0 && number_9 < m) ? lower[((intptr_t)number_9 * blocks + j) * lanes + k] : otherwise_5,
+                    GAC_EXISTS(number_5 >= 0 && number_5 < samples && number_6 >= 0 && number_6 < size) ?
+                    gram[(((intptr_t)number_5 * size + (intptr_t)number_6) * blocks + j) * lanes + k] : otherwise_5,
+                    diagonal[j * lanes + k], &one_0, &one_1);
                 COPY(1, &one_0, carry_0_2 + k);
                 COPY(1, &one_1, carry_1_2 + k);
             })
         }
-        NAME(steps_of_pairs_score_start)(&score_3, &row_3, &number_15);
+        NAME(steps_of_pairs_score_start)(&score_3, &row_3, &number_10);
         for (intptr_t j = 0; j < lanes; j++)
-            NAME(steps_of_pairs_score)(score_3, row_3, number_15, carry_0_2[j], &score_3, &row_3, &number_15);
-        COPY(1, &row_3, &number_16);
-        NAME(steps_of_pairs_sum_start)(&otherwise_11);
-        COPY(1, number_16 >= 0 && number_16 < lanes ? carry_1_2 + (intptr_t)number_16 : &otherwise_11, &number_17);
-        NAME(steps_of_pairs_sum_start)(&otherwise_12);
-        NAME(steps_of_pairs_number)(state_carry_4, common, &number_18);
-        NAME(steps_of_pairs_number_2)(state_carry_4, common, &number_19);
+            NAME(steps_of_pairs_score)(score_3, row_3, number_10, carry_0_2[j], &score_3, &row_3, &number_10);
+        COPY(1, &row_3, &number_11);
+        COPY(1, number_11 >= 0 && number_11 < lanes ? carry_1_2 + (intptr_t)number_11 : &otherwise_5, &number_12);
         NAME(steps_of_pairs_number)(common,
-            number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_20);
+            number_11 >= 0 && number_11 < lanes ? carry_1_2[(intptr_t)number_11] : otherwise_5, &number_13);
         NAME(steps_of_pairs_number_3)(common,
-            number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_21);
-        NAME(steps_of_pairs_number)(common,
-            number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_22);
-        NAME(steps_of_pairs_number_3)(common,
-            number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_23);
-        NAME(steps_of_pairs_number)(state_carry_4, common, &number_24);
-        NAME(steps_of_pairs_number_2)(state_carry_4, common, &number_25);
-        NAME(steps_of_pairs_number)(state_carry_4, common, &number_26);
-        NAME(steps_of_pairs_number_2)(state_carry_4, common, &number_27);
-        NAME(steps_of_pairs_number)(common,
-            number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_28);
-        NAME(steps_of_pairs_number_3)(common,
-            number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_29);
-        NAME(steps_of_pairs_number)(common,
-            number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_30);
-        NAME(steps_of_pairs_sum_start)(&otherwise_13);
-        NAME(steps_of_pairs_number_3)(common,
-            number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_31);
-        NAME(steps_of_pairs_number)(common,
-            number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_32);
-        NAME(steps_of_pairs_number_3)(common,
-            number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_33);
+            number_11 >= 0 && number_11 < lanes ? carry_1_2[(intptr_t)number_11] : otherwise_5, &number_14);
         NAME(steps_of_pairs_number_start)(&number_start);
-        COPY(1, &state_carry_2, &number_35);
-        NAME(steps_of_pairs_sum_start)(&otherwise_14);
-        COPY(1, &state_carry_2, &number_36);
-        NAME(steps_of_pairs_sum_start)(&otherwise_15);
-        NAME(steps_of_pairs_common_3)(width, floor, state_carry_3, number_9 >= 0 && number_9 < blocks && number_10
-            >= 0 && number_10 < lanes ? diagonal[(intptr_t)number_9 * lanes + (intptr_t)number_10] : otherwise_6,
-            number_11 >= 0 && number_11 < m && number_18 >= 0 && number_18 < blocks && number_19 >= 0 && number_19 <
-            lanes ? state_carry_0[((intptr_t)number_11 * blocks + (intptr_t)number_18) * lanes +
-            (intptr_t)number_19] : otherwise_7, number_11 >= 0 && number_11 < m && number_20 >= 0 && number_20 <
-            blocks && number_21 >= 0 && number_21 < lanes ? state_carry_0[((intptr_t)number_11 * blocks +
-            (intptr_t)number_20) * lanes + (intptr_t)number_21] : otherwise_7, number_13 >= 0 && number_13 < m &&
-            number_22 >= 0 && number_22 < blocks && number_23 >= 0 && number_23 < lanes ? lower[((intptr_t)number_13
-            * blocks + (intptr_t)number_22) * lanes + (intptr_t)number_23] : otherwise_9, number_14 >= 0 &&
-            number_14 < m && number_24 >= 0 && number_24 < blocks && number_25 >= 0 && number_25 < lanes ?
-            upper[((intptr_t)number_14 * blocks + (intptr_t)number_24) * lanes + (intptr_t)number_25] :
-            otherwise_10, number_14 >= 0 && number_14 < m && number_26 >= 0 && number_26 < blocks && number_27 >= 0
-            && number_27 < lanes ? upper[((intptr_t)number_14 * blocks + (intptr_t)number_26) * lanes +
-            (intptr_t)number_27] : otherwise_10, number_12 >= 0 && number_12 < m && number_28 >= 0 && number_28 <
-            blocks && number_29 >= 0 && number_29 < lanes ? state_carry_1[((intptr_t)number_12 * blocks +
-            (intptr_t)number_28) * lanes + (intptr_t)number_29] : otherwise_8, number_30 >= 0 && number_30 < blocks
-            && number_31 >= 0 && number_31 < lanes ? diagonal[(intptr_t)number_30 * lanes + (intptr_t)number_31] :
-            otherwise_13, number_7 >= 0 && number_7 < samples && number_8 >= 0 && number_8 < size && number_32 >= 0
-            && number_32 < blocks && number_33 >= 0 && number_33 < lanes ? gram[(((intptr_t)number_7 * size +
-            (intptr_t)number_8) * blocks + (intptr_t)number_32) * lanes + (intptr_t)number_33] : otherwise_5,
-            common_6, &common_5);
-        NAME(steps_of_pairs_common_4)(width, floor, state_carry_3, number_9 >= 0 && number_9 < blocks && number_10
-            >= 0 && number_10 < lanes ? diagonal[(intptr_t)number_9 * lanes + (intptr_t)number_10] : otherwise_6,
-            number_11 >= 0 && number_11 < m && number_18 >= 0 && number_18 < blocks && number_19 >= 0 && number_19 <
-            lanes ? state_carry_0[((intptr_t)number_11 * blocks + (intptr_t)number_18) * lanes +
-            (intptr_t)number_19] : otherwise_7, number_11 >= 0 && number_11 < m && number_20 >= 0 && number_20 <
-            blocks && number_21 >= 0 && number_21 < lanes ? state_carry_0[((intptr_t)number_11 * blocks +
-            (intptr_t)number_20) * lanes + (intptr_t)number_21] : otherwise_7, number_13 >= 0 && number_13 < m &&
-            number_22 >= 0 && number_22 < blocks && number_23 >= 0 && number_23 < lanes ? lower[((intptr_t)number_13
-            * blocks + (intptr_t)number_22) * lanes + (intptr_t)number_23] : otherwise_9, number_14 >= 0 &&
-            number_14 < m && number_24 >= 0 && number_24 < blocks && number_25 >= 0 && number_25 < lanes ?
-            upper[((intptr_t)number_14 * blocks + (intptr_t)number_24) * lanes + (intptr_t)number_25] :
-            otherwise_10, number_14 >= 0 && number_14 < m && number_26 >= 0 && number_26 < blocks && number_27 >= 0
-            && number_27 < lanes ? upper[((intptr_t)number_14 * blocks + (intptr_t)number_26) * lanes +
-            (intptr_t)number_27] : otherwise_10, number_12 >= 0 && number_12 < m && number_28 >= 0 && number_28 <
-            blocks && number_29 >= 0 && number_29 < lanes ? state_carry_1[((intptr_t)number_12 * blocks +
-            (intptr_t)number_28) * lanes + (intptr_t)number_29] : otherwise_8, number_30 >= 0 && number_30 < blocks
-            && number_31 >= 0 && number_31 < lanes ? diagonal[(intptr_t)number_30 * lanes + (intptr_t)number_31] :
-            otherwise_13, number_7 >= 0 && number_7 < samples && number_8 >= 0 && number_8 < size && number_32 >= 0
-            && number_32 < blocks && number_33 >= 0 && number_33 < lanes ? gram[(((intptr_t)number_7 * size +
-            (intptr_t)number_8) * blocks + (intptr_t)number_32) * lanes + (intptr_t)number_33] : otherwise_5,
-            common_6, &common_7, &common_8);
-        NAME(steps_of_pairs_score_start)(&score_5, &row_5, &number_41);
+        NAME(steps_of_pairs_common_3)(width, floor, state_carry_3, number_7 >= 0 && number_7 < blocks && number_8 >=
+            0 && number_8 < lanes ? diagonal[(intptr_t)number_7 * lanes + (intptr_t)number_8] : otherwise_5,
+            number_9 >= 0 && number_9 < m && number_7 >= 0 && number_7 < blocks && number_8 >= 0 && number_8 < lanes
+            ? state_carry_0[((intptr_t)number_9 * blocks + (intptr_t)number_7) * lanes + (intptr_t)number_8] :
+            otherwise_5, number_9 >= 0 && number_9 < m && number_13 >= 0 && number_13 < blocks && number_14 >= 0 &&
+            number_14 < lanes ? state_carry_0[((intptr_t)number_9 * blocks + (intptr_t)number_13) * lanes +
+            (intptr_t)number_14] : otherwise_5, number_9 >= 0 && number_9 < m && number_13 >= 0 && number_13 <
+            blocks && number_14 >= 0 && number_14 < lanes ? lower[((intptr_t)number_9 * blocks +
+            (intptr_t)number_13) * lanes + (intptr_t)number_14] : otherwise_5, number_9 >= 0 && number_9 < m &&
+            number_7 >= 0 && number_7 < blocks && number_8 >= 0 && number_8 < lanes ? upper[((intptr_t)number_9 *
+            blocks + (intptr_t)number_7) * lanes + (intptr_t)number_8] : otherwise_5, number_9 >= 0 && number_9 < m
+            && number_13 >= 0 && number_13 < blocks && number_14 >= 0 && number_14 < lanes ?
+            state_carry_1[((intptr_t)number_9 * blocks + (intptr_t)number_13) * lanes + (intptr_t)number_14] :
+            otherwise_5, number_13 >= 0 && number_13 < blocks && number_14 >= 0 && number_14 < lanes ?
+            diagonal[(intptr_t)number_13 * lanes + (intptr_t)number_14] : otherwise_5, number_5 >= 0 && number_5 <
+            samples && number_6 >= 0 && number_6 < size && number_13 >= 0 && number_13 < blocks && number_14 >= 0 &&
+            number_14 < lanes ? gram[(((intptr_t)number_5 * size + (intptr_t)number_6) * blocks +
+            (intptr_t)number_13) * lanes + (intptr_t)number_14] : otherwise_5, common_6, &common_5);
+        NAME(steps_of_pairs_common_4)(width, floor, state_carry_3, number_7 >= 0 && number_7 < blocks && number_8 >=
+            0 && number_8 < lanes ? diagonal[(intptr_t)number_7 * lanes + (intptr_t)number_8] : otherwise_5,
+            number_9 >= 0 && number_9 < m && number_7 >= 0 && number_7 < blocks && number_8 >= 0 && number_8 < lanes
+            ? state_carry_0[((intptr_t)number_9 * blocks + (intptr_t)number_7) * lanes + (intptr_t)number_8] :
+            otherwise_5, number_9 >= 0 && number_9 < m && number_13 >= 0 && number_13 < blocks && number_14 >= 0 &&
+            number_14 < lanes ? state_carry_0[((intptr_t)number_9 * blocks + (intptr_t)number_13) * lanes +
+            (intptr_t)number_14] : otherwise_5, number_9 >= 0 && number_9 < m && number_13 >= 0 && number_13 <
+            blocks && number_14 >= 0 && number_14 < lanes ? lower[((intptr_t)number_9 * blocks +
+            (intptr_t)number_13) * lanes + (intptr_t)number_14] : otherwise_5, number_9 >= 0 && number_9 < m &&
+            number_7 >= 0 && number_7 < blocks && number_8 >= 0 && number_8 < lanes ? upper[((intptr_t)number_9 *
+            blocks + (intptr_t)number_7) * lanes + (intptr_t)number_8] : otherwise_5, number_9 >= 0 && number_9 < m
+            && number_13 >= 0 && number_13 < blocks && number_14 >= 0 && number_14 < lanes ?
+            state_carry_1[((intptr_t)number_9 * blocks + (intptr_t)number_13) * lanes + (intptr_t)number_14] :
+            otherwise_5, number_13 >= 0 && number_13 < blocks && number_14 >= 0 && number_14 < lanes ?
+            diagonal[(intptr_t)number_13 * lanes + (intptr_t)number_14] : otherwise_5, number_5 >= 0 && number_5 <
+            samples && number_6 >= 0 && number_6 < size && number_13 >= 0 && number_13 < blocks && number_14 >= 0 &&
+            number_14 < lanes ? gram[(((intptr_t)number_5 * size + (intptr_t)number_6) * blocks +
+            (intptr_t)number_13) * lanes + (intptr_t)number_14] : otherwise_5, common_6, &common_7, &common_8);
+        NAME(steps_of_pairs_score_start)(&score_5, &row_5, &number_19);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(steps_of_pairs_sum)(j > 0 ? number_34[j - 1] : number_start, number_34 + j);
-            COPY(1, number_35 >= 0 && number_35 < m ? blades + ((intptr_t)number_35 * m + j) : &otherwise_14,
-                &number_37);
-            COPY(1, number_35 >= 0 && number_35 < m ? blades + ((intptr_t)number_35 * m + j) : &otherwise_14,
-                &number_38);
+            NAME(steps_of_pairs_sum)(j > 0 ? number_15[j - 1] : number_start, number_15 + j);
+            COPY(1, number_9 >= 0 && number_9 < m ? blades + ((intptr_t)number_9 * m + j) : &otherwise_5,
+                &number_16);
             NAME(steps_of_pairs_common_5)(state_carry_2, state_carry_4,
-                number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, number_34[j],
-                number_36 >= 0 && number_36 < m ? signs[(intptr_t)number_36 * m + j] : otherwise_15, common_5,
+                number_11 >= 0 && number_11 < lanes ? carry_1_2[(intptr_t)number_11] : otherwise_5, number_15[j],
+                number_9 >= 0 && number_9 < m ? signs[(intptr_t)number_9 * m + j] : otherwise_5, common_5,
                 &common_2, &common_3, &common_4);
             GAC_VECTORS(k, lanes, 1, {
                 NAME(steps_of_pairs_mapped_start)(mapped_2);
                 NAME(steps_of_pairs_carry)(mapped_2, carry_0_3 + k, carry_1_3 + k, carry_2_2 + k);
             })
             for (intptr_t k = 0; k < blocks; k++) {
-                GAC_VECTORS(k_2, lanes, number_7 >= 0 && number_7 < samples && number_37 >= 0 && number_37 < size &&
-                    number_17 >= 0 && number_17 < samples && number_38 >= 0 && number_38 < size, {
+                GAC_VECTORS(k_2, lanes, number_5 >= 0 && number_5 < samples && number_16 >= 0 && number_16 < size &&
+                    number_12 >= 0 && number_12 < samples && number_16 >= 0 && number_16 < size, {
                     NAME(steps_of_pairs_new)(state_carry_0[(j * blocks + k) * lanes + k_2],
-                        state_carry_1[(j * blocks + k) * lanes + k_2], numbers[k * lanes + k_2], GAC_EXISTS(number_7
-                        >= 0 && number_7 < samples && number_37 >= 0 && number_37 < size) ?
-                        gram[(((intptr_t)number_7 * size + (intptr_t)number_37) * blocks + k) * lanes + k_2] :
-                        otherwise_5, GAC_EXISTS(number_17 >= 0 && number_17 < samples && number_38 >= 0 && number_38
-                        < size) ? gram[(((intptr_t)number_17 * size + (intptr_t)number_38) * blocks + k) * lanes +
-                        k_2] : otherwise_12, common_2, common_3, common_4, common_7, common_8, &new_0, &new_1);
+                        state_carry_1[(j * blocks + k) * lanes + k_2], numbers[k * lanes + k_2], GAC_EXISTS(number_5
+                        >= 0 && number_5 < samples && number_16 >= 0 && number_16 < size) ?
+                        gram[(((intptr_t)number_5 * size + (intptr_t)number_16) * blocks + k) * lanes + k_2] :
+                        otherwise_5, GAC_EXISTS(number_12 >= 0 && number_12 < samples && number_16 >= 0 && number_16
+                        < size) ? gram[(((intptr_t)number_12 * size + (intptr_t)number_16) * blocks + k) * lanes +
+                        k_2] : otherwise_5, common_2, common_3, common_4, common_7, common_8, &new_0, &new_1);
                     COPY(1, &new_0, mapped_0_2 + (k * lanes + k_2));
                     COPY(1, &new_1, mapped_1_2 + (k * lanes + k_2));
                 })
@@ -614,20 +563,20 @@ static INLINE void NAME(steps_of_pairs_within)(intptr_t samples, intptr_t size, 
                     COPY(1, mapped_1_2 + (k * lanes + k_2), component_1 + ((j * blocks + k) * lanes + k_2));
                 })
             }
-            NAME(steps_of_pairs_score_start)(&score_4, &row_4, &number_39);
+            NAME(steps_of_pairs_score_start)(&score_4, &row_4, &number_17);
             NAME(steps_of_pairs_a_start)(&a_2);
             for (intptr_t k = 0; k < lanes; k++) {
-                NAME(steps_of_pairs_score)(score_4, row_4, number_39, carry_0_3[k], &score_4, &row_4, &number_39);
+                NAME(steps_of_pairs_score)(score_4, row_4, number_17, carry_0_3[k], &score_4, &row_4, &number_17);
                 NAME(steps_of_pairs_a)(a_2, carry_2_2[k], &a_2);
             }
-            COPY(1, &row_4, &number_40);
-            NAME(steps_of_pairs_sum_start)(&otherwise_16);
+            COPY(1, &row_4, &number_18);
+            NAME(steps_of_pairs_sum_start)(&otherwise_6);
             COPY(1, &score_4, component_2 + j);
-            COPY(1, number_40 >= 0 && number_40 < lanes ? carry_1_3 + (intptr_t)number_40 : &otherwise_16,
+            COPY(1, number_18 >= 0 && number_18 < lanes ? carry_1_3 + (intptr_t)number_18 : &otherwise_6,
                 component_3 + j);
             COPY(1, &a_2, component_4 + j);
-            NAME(steps_of_pairs_score_3)(score_5, row_5, number_41, component_2[j], component_4[j], &score_5,
-                &row_5, &number_41);
+            NAME(steps_of_pairs_score_3)(score_5, row_5, number_19, component_2[j], component_4[j], &score_5,
+                &row_5, &number_19);
             for (intptr_t k = 0; k < blocks; k++) {
                 GAC_VECTORS(k_2, lanes, 1, {
                     COPY(1, component_0 + ((j * blocks + k) * lanes + k_2),
@@ -637,22 +586,17 @@ static INLINE void NAME(steps_of_pairs_within)(intptr_t samples, intptr_t size, 
                 })
             }
         }
-        COPY(1, &row_5, &number_42);
-        NAME(steps_of_pairs_sum_start)(&otherwise_17);
-        COPY(1, &row_5, &number_43);
-        NAME(steps_of_pairs_sum_start)(&otherwise_18);
-        COPY(1, &row_5, &number_44);
-        NAME(steps_of_pairs_sum_start)(&otherwise_19);
+        COPY(1, &row_5, &number_20);
         NAME(steps_of_pairs_next_state_steps)(tolerance, state_steps,
-            number_42 >= 0 && number_42 < m ? component_2[(intptr_t)number_42] : otherwise_17,
-            number_44 >= 0 && number_44 < m ? component_4[(intptr_t)number_44] : otherwise_19, &next_state_steps,
+            number_20 >= 0 && number_20 < m ? component_2[(intptr_t)number_20] : otherwise_5,
+            number_20 >= 0 && number_20 < m ? component_4[(intptr_t)number_20] : otherwise_5, &next_state_steps,
             &next_state_converged);
         COPY(1, &row_5, &next_state_carry_2);
-        COPY(1, number_42 >= 0 && number_42 < m ? component_2 + (intptr_t)number_42 : &otherwise_17,
+        COPY(1, number_20 >= 0 && number_20 < m ? component_2 + (intptr_t)number_20 : &otherwise_5,
             &next_state_carry_3);
-        COPY(1, number_43 >= 0 && number_43 < m ? component_3 + (intptr_t)number_43 : &otherwise_18,
+        COPY(1, number_20 >= 0 && number_20 < m ? component_3 + (intptr_t)number_20 : &otherwise_5,
             &next_state_carry_4);
-        COPY(1, number_44 >= 0 && number_44 < m ? component_4 + (intptr_t)number_44 : &otherwise_19,
+        COPY(1, number_20 >= 0 && number_20 < m ? component_4 + (intptr_t)number_20 : &otherwise_5,
             &next_state_carry_5);
         NAME(steps_of_pairs_converged)(at_most, next_state_steps, next_state_converged, &converged);
         COPY(1, &next_state_carry_2, &state_carry_2);
@@ -688,7 +632,7 @@ static INLINE void NAME(steps_of_pairs_within)(intptr_t samples, intptr_t size, 
     }
     NAME(steps_of_pairs_result)(at_most,
         number_4 >= 0 && number_4 < m ? ends + 3 * (intptr_t)number_4 : otherwise_2,
-        number_6 >= 0 && number_6 < m ? ends + 3 * (intptr_t)number_6 : otherwise_4, state_carry_3, state_carry_5,
+        number_4 >= 0 && number_4 < m ? ends + 3 * (intptr_t)number_4 : otherwise_4, state_carry_3, state_carry_5,
         state_steps, state_converged, out_2, out_3, out_4);
 }
 

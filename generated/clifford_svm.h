@@ -2,7 +2,7 @@
 // command: gac generate --all clifford_svm
 // spec: 74c3d688bea5f3de
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 9632066c03d2027cf9eaf6961a8df34c8aeddc32dd697e56b50a35bb236641c4
+// body: 3cae99442bf1f132b9de6495f8c9fe7bb853ab9baa5616aec5c1cf32c28bc460
 /* clifford_svm
    Sequential minimal optimisation for support vector machines with multivectors, and Clifford-Gabor kernels.
    
@@ -91,10 +91,10 @@ extern "C" {
      out_3[1]  SCALAR.
      out_4[1]  SCALAR.
    Costs 0 mul, 1 add for each of lanes; 0 mul, 2 add, 14 choice for each of m * blocks * lanes; 0 mul, 1 add, 6
-   choice for each of m * lanes; 0 mul, 2 add, 5 choice for each of m; 0 mul, 1 add, 1 div, 7 choice once; 20
-   mul, 25 add, 11 div, 52 choice for each of steps; 2 mul, 4 add, 1 div, 9 choice for each of steps * blocks *
-   lanes; 0 mul, 1 add, 5 choice for each of steps * lanes; 1 mul, 3 add, 8 choice for each of steps * m; 1 mul,
-   4 add, 16 choice for each of steps * m * blocks * lanes; 0 mul, 1 add, 6 choice for each of steps * m * lanes.
+   choice for each of m * lanes; 0 mul, 2 add, 5 choice for each of m; 0 mul, 1 add, 1 div, 7 choice once; 6 mul,
+   18 add, 4 div, 38 choice for each of steps; 2 mul, 4 add, 1 div, 9 choice for each of steps * blocks * lanes;
+   0 mul, 1 add, 5 choice for each of steps * lanes; 1 mul, 3 add, 8 choice for each of steps * m; 1 mul, 4 add,
+   16 choice for each of steps * m * blocks * lanes; 0 mul, 1 add, 6 choice for each of steps * m * lanes.
    Error: 0.5 ulp of the largest coefficient, 64 random inputs. */
 void clifford_svm_steps_of_pairs_f64(intptr_t samples, intptr_t size, intptr_t blocks, intptr_t lanes, intptr_t m,
     const double *gram, const double *diagonal, const double *variables, const double *gradient, const double

@@ -2,7 +2,7 @@
 // command: gac generate --all filters
 // spec: baa6304da99549d3
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 07b0ff8eb05865f383681e0c617d96d393bcd5571d3885563a456b5fa56f9aa2
+// body: 9e1b9d990038bbbd4626e67ff70946200a900d16c700570f438f83b5e975daca
 
 #ifndef REAL
 #include "filters.h"
@@ -879,18 +879,17 @@ static INLINE void NAME(merge_line_within)(intptr_t n, intptr_t m, const REAL *l
     const REAL *taps, const REAL *results, REAL *out, REAL *work)
 {
     (void)results, (void)work;
-    REAL otherwise, otherwise_2, mapped_0, mapped_1;
+    REAL otherwise, mapped_0, mapped_1;
     NAME(filter_rows_otherwise_start)(&otherwise);
-    NAME(filter_rows_otherwise_start)(&otherwise_2);
     GAC_WINDOWS(i, m, 0, n - 3, {
         NAME(merge_line_mapped)(taps, GAC_EXISTS(gac_is_inside(i, n)) ? low[GAC_ROW_AT(constant, i, n)] : otherwise,
             GAC_EXISTS(gac_is_inside(i + 1, n)) ? low[GAC_ROW_AT(constant, i + 1, n)] : otherwise,
             GAC_EXISTS(gac_is_inside(i + 2, n)) ? low[GAC_ROW_AT(constant, i + 2, n)] : otherwise,
             GAC_EXISTS(gac_is_inside(i + 3, n)) ? low[GAC_ROW_AT(constant, i + 3, n)] : otherwise,
-            GAC_EXISTS(gac_is_inside(i, n)) ? high[GAC_ROW_AT(constant, i, n)] : otherwise_2,
-            GAC_EXISTS(gac_is_inside(i + 1, n)) ? high[GAC_ROW_AT(constant, i + 1, n)] : otherwise_2,
-            GAC_EXISTS(gac_is_inside(i + 2, n)) ? high[GAC_ROW_AT(constant, i + 2, n)] : otherwise_2,
-            GAC_EXISTS(gac_is_inside(i + 3, n)) ? high[GAC_ROW_AT(constant, i + 3, n)] : otherwise_2, &mapped_0,
+            GAC_EXISTS(gac_is_inside(i, n)) ? high[GAC_ROW_AT(constant, i, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(i + 1, n)) ? high[GAC_ROW_AT(constant, i + 1, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(i + 2, n)) ? high[GAC_ROW_AT(constant, i + 2, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(i + 3, n)) ? high[GAC_ROW_AT(constant, i + 3, n)] : otherwise, &mapped_0,
             &mapped_1);
         NAME(merge_line_result)(mapped_0, mapped_1, out + 2 * i);
     })
@@ -932,19 +931,18 @@ static INLINE void NAME(merge_line_more_within)(intptr_t m, intptr_t n, const RE
     const REAL *high, const REAL *taps, REAL *out, REAL *work)
 {
     (void)work;
-    REAL mapped, otherwise, otherwise_2, mapped_0, mapped_1, mapped_0_2, mapped_1_2;
+    REAL mapped, otherwise, mapped_0, mapped_1, mapped_0_2, mapped_1_2;
     NAME(filter_rows_otherwise_start)(&otherwise);
-    NAME(filter_rows_otherwise_start)(&otherwise_2);
     GAC_WINDOWS(i, m, 0, n - 3, {
         NAME(merge_line_more_mapped)(sums + 2 * i, &mapped);
         NAME(merge_line_mapped)(taps, GAC_EXISTS(gac_is_inside(i, n)) ? low[GAC_ROW_AT(constant, i, n)] : otherwise,
             GAC_EXISTS(gac_is_inside(i + 1, n)) ? low[GAC_ROW_AT(constant, i + 1, n)] : otherwise,
             GAC_EXISTS(gac_is_inside(i + 2, n)) ? low[GAC_ROW_AT(constant, i + 2, n)] : otherwise,
             GAC_EXISTS(gac_is_inside(i + 3, n)) ? low[GAC_ROW_AT(constant, i + 3, n)] : otherwise,
-            GAC_EXISTS(gac_is_inside(i, n)) ? high[GAC_ROW_AT(constant, i, n)] : otherwise_2,
-            GAC_EXISTS(gac_is_inside(i + 1, n)) ? high[GAC_ROW_AT(constant, i + 1, n)] : otherwise_2,
-            GAC_EXISTS(gac_is_inside(i + 2, n)) ? high[GAC_ROW_AT(constant, i + 2, n)] : otherwise_2,
-            GAC_EXISTS(gac_is_inside(i + 3, n)) ? high[GAC_ROW_AT(constant, i + 3, n)] : otherwise_2, &mapped_0,
+            GAC_EXISTS(gac_is_inside(i, n)) ? high[GAC_ROW_AT(constant, i, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(i + 1, n)) ? high[GAC_ROW_AT(constant, i + 1, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(i + 2, n)) ? high[GAC_ROW_AT(constant, i + 2, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(i + 3, n)) ? high[GAC_ROW_AT(constant, i + 3, n)] : otherwise, &mapped_0,
             &mapped_1);
         NAME(merge_line_more_mapped_2)(sums + 2 * i, mapped_0, mapped_1, &mapped_0_2, &mapped_1_2);
         NAME(merge_line_result)(mapped_0_2, mapped_1_2, out + 2 * i);

@@ -2,7 +2,7 @@
 // command: gac generate --all images
 // spec: f84ba265244eabc4
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: afdf7d90244ebffc6d2271f1b5d4a4a06621c425f4c5334ec0261c3f617b11cf
+// body: 997c9daa305306200ed89c5dae54bd1099c1510c5da4e2eae1fb3537f8eeef68
 
 #ifndef REAL
 #include "images.h"
@@ -976,10 +976,10 @@ static INLINE void NAME(motion_costs_number)(REAL dy, REAL common, REAL *number_
 }
 
 static INLINE void NAME(motion_costs_sum)(REAL most, REAL sum, REAL weight, REAL picked, REAL picked_2, REAL
-    picked_3, REAL picked_4, REAL picked_5, REAL picked_6, REAL picked_7, REAL common, REAL common_2, REAL *sum_out)
+    picked_3, REAL picked_4, REAL picked_5, REAL common, REAL common_2, REAL *sum_out)
 {
-    const REAL t0 = picked + common * (picked_2 - picked_3);
-    const REAL t1 = picked_7 - t0 - common_2 * (picked_4 + common * (picked_5 - picked_6) - t0);
+    const REAL t0 = picked + common * (picked_2 - picked);
+    const REAL t1 = picked_5 - t0 - common_2 * (picked_3 + common * (picked_4 - picked_3) - t0);
     const REAL t2 = t1 * t1;
     sum_out[0] = sum + weight * MINIMUM(most, t2);
 }
@@ -997,8 +997,8 @@ void NAME(motion_costs)(intptr_t n, intptr_t m, intptr_t k, intptr_t r, const RE
     const REAL *weights, const REAL *last, REAL most, REAL *out, REAL *work)
 {
     (void)work;
-    REAL sum, number, common, otherwise, number_2, otherwise_2, number_3, common_2, number_4, number_5, number_6,
-        number_7, number_8, number_9, otherwise_3, number_10, common_3, common_4;
+    REAL sum, number, common, otherwise, number_2, number_3, common_2, number_4, number_5, number_6, common_3,
+        common_4;
     for (intptr_t i = 0; i < k; i++) {
         NAME(relaxed_motion_otherwise_start)(&sum);
         NAME(motion_costs_common)(last, row[i], v[i], &common);
@@ -1008,26 +1008,18 @@ void NAME(motion_costs)(intptr_t n, intptr_t m, intptr_t k, intptr_t r, const RE
             NAME(averaged_mapped_3)(down[j], common, &number);
             NAME(relaxed_motion_otherwise_start)(&otherwise);
             NAME(motion_costs_number)(down[j], common, &number_2);
-            NAME(relaxed_motion_otherwise_start)(&otherwise_2);
             NAME(averaged_mapped_3)(across[j], common_2, &number_3);
             NAME(motion_costs_number)(across[j], common_2, &number_4);
-            NAME(averaged_mapped_3)(across[j], common_2, &number_5);
-            NAME(averaged_mapped_3)(across[j], common_2, &number_6);
-            NAME(motion_costs_number)(across[j], common_2, &number_7);
-            NAME(averaged_mapped_3)(across[j], common_2, &number_8);
-            NAME(averaged_mapped_3)(row[i], down[j], &number_9);
-            NAME(relaxed_motion_otherwise_start)(&otherwise_3);
-            NAME(averaged_mapped_3)(column[i], across[j], &number_10);
+            NAME(averaged_mapped_3)(row[i], down[j], &number_5);
+            NAME(averaged_mapped_3)(column[i], across[j], &number_6);
             NAME(motion_costs_sum)(most, sum, weights[j], number >= 0 && number < n && number_3 >= 0 && number_3 < m
                 ? second[(intptr_t)number * m + (intptr_t)number_3] : otherwise, number >= 0 && number < n &&
                 number_4 >= 0 && number_4 < m ? second[(intptr_t)number * m + (intptr_t)number_4] : otherwise,
-                number >= 0 && number < n && number_5 >= 0 && number_5 < m ? second[(intptr_t)number * m +
-                (intptr_t)number_5] : otherwise, number_2 >= 0 && number_2 < n && number_6 >= 0 && number_6 < m ?
-                second[(intptr_t)number_2 * m + (intptr_t)number_6] : otherwise_2, number_2 >= 0 && number_2 < n &&
-                number_7 >= 0 && number_7 < m ? second[(intptr_t)number_2 * m + (intptr_t)number_7] : otherwise_2,
-                number_2 >= 0 && number_2 < n && number_8 >= 0 && number_8 < m ? second[(intptr_t)number_2 * m +
-                (intptr_t)number_8] : otherwise_2, number_9 >= 0 && number_9 < n && number_10 >= 0 && number_10 < m
-                ? first[(intptr_t)number_9 * m + (intptr_t)number_10] : otherwise_3, common_3, common_4, &sum);
+                number_2 >= 0 && number_2 < n && number_3 >= 0 && number_3 < m ? second[(intptr_t)number_2 * m +
+                (intptr_t)number_3] : otherwise, number_2 >= 0 && number_2 < n && number_4 >= 0 && number_4 < m ?
+                second[(intptr_t)number_2 * m + (intptr_t)number_4] : otherwise, number_5 >= 0 && number_5 < n &&
+                number_6 >= 0 && number_6 < m ? first[(intptr_t)number_5 * m + (intptr_t)number_6] : otherwise,
+                common_3, common_4, &sum);
         }
         COPY(1, &sum, out + i);
     }
@@ -1768,8 +1760,8 @@ static INLINE void NAME(refined_numbers_within)(intptr_t h, intptr_t w, const RE
     const REAL *numbers, const REAL *columns, REAL last, REAL weight, REAL *out, REAL *work)
 {
     REAL *const mapped = work, *const mapped_2 = mapped + w, *const slope = mapped_2 + w,
-        *const slope_2 = slope + w, number, otherwise, number_2, otherwise_2, terms_0, terms_1,
-        *const line_0 = slope_2 + w, *const line_1 = line_0 + h * w, fraction;
+        *const slope_2 = slope + w, number, otherwise, terms_0, terms_1, *const line_0 = slope_2 + w,
+        *const line_1 = line_0 + h * w, fraction;
     for (intptr_t i = 0; i < h; i++) {
         GAC_WINDOWS(j, w, 1, w - 1, {
             NAME(refined_numbers_mapped)(left[i * w + GAC_ROW_AT(mirror, j - 1, w)], left[i * w + j],
@@ -1786,11 +1778,9 @@ static INLINE void NAME(refined_numbers_within)(intptr_t h, intptr_t w, const RE
         for (intptr_t j = 0; j < w; j++) {
             NAME(refined_numbers_number)(columns[j], numbers[i * w + j], &number);
             NAME(relaxed_motion_otherwise_start)(&otherwise);
-            NAME(refined_numbers_number)(columns[j], numbers[i * w + j], &number_2);
-            NAME(relaxed_motion_otherwise_start)(&otherwise_2);
             NAME(refined_numbers_terms)(last, columns[j], numbers[i * w + j], mapped[j], slope_2[j],
                 number >= 0 && number < w ? mapped_2[(intptr_t)number] : otherwise,
-                number_2 >= 0 && number_2 < w ? slope[(intptr_t)number_2] : otherwise_2, &terms_0, &terms_1);
+                number >= 0 && number < w ? slope[(intptr_t)number] : otherwise, &terms_0, &terms_1);
             COPY(1, &terms_0, line_0 + (i * w + j));
             COPY(1, &terms_1, line_1 + (i * w + j));
         }

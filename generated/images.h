@@ -2,7 +2,7 @@
 // command: gac generate --all images
 // spec: f84ba265244eabc4
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 6003115a606608e230fe9bdf5b318b9671320395df82e509772ad4ceecb9a437
+// body: dd34c9078b8af1cf35dc3a4fdfe08a27a2954a4406e9d87b34a1bfc9a0d8ab32
 /* images
    Image operations: optical flow, disparities, medians, interpolation. Lengths are in pixels.
    
@@ -246,7 +246,7 @@ int images_relaxed_motion_rows_f32(const intptr_t *lengths, char **args, const i
      last[2]  SCALAR.
      most  SCALAR.
      out[k]  SCALAR.
-   Costs 0 mul, 6 add, 12 choice for each of k; 5 mul, 21 add, 1 choice for each of k * r.
+   Costs 0 mul, 6 add, 12 choice for each of k; 5 mul, 16 add, 1 choice for each of k * r.
    Error: 1.3 ulp of the largest coefficient, 64 random inputs. */
 void images_motion_costs_f64(intptr_t n, intptr_t m, intptr_t k, intptr_t r, const double *first, const double
     *second, const double *row, const double *column, const double *u, const double *v, const double *down, const
@@ -403,7 +403,7 @@ int images_best_levels_rows_f32(const intptr_t *lengths, char **args, const intp
      last  SCALAR.
      weight  SCALAR.
      out[h, w]  SCALAR.
-   Costs 35 mul, 115 add, 1 div, 103 choice for each of h * w.
+   Costs 35 mul, 114 add, 1 div, 103 choice for each of h * w.
    Error: 0.0 ulp of the largest coefficient, 64 random inputs. */
 void images_refined_numbers_f64(intptr_t h, intptr_t w, const double *left, const double *right, const double
     *numbers, const double *columns, double last, double weight, double *out, double *work);

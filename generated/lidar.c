@@ -2,7 +2,7 @@
 // command: gac generate --all lidar
 // spec: f29ce183246b7396
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 5c9b4b9d6940dd829c8f96c20c1c8a27aeac83d07c99298927e7f7fb7bb103b6
+// body: 36133d8923b2505a7e69d6e789507e8a0b9ff9cd2cd70621e9c3e6266c909e09
 
 #ifndef REAL
 #include "lidar.h"
@@ -507,8 +507,8 @@ static INLINE void NAME(sums_at_planes_otherwise_start)(REAL *otherwise)
 }
 
 static INLINE void NAME(sums_at_planes_sum)(const REAL *m, const REAL *sum, const REAL *sum_2_2, const REAL
-    *sum_3_2, const REAL *p, REAL row, const REAL *picked, const REAL *picked_5, const REAL *picked_6, const REAL
-    *picked_7, const REAL *picked_8, REAL common, REAL *sum_out, REAL *sum_2_out, REAL *sum_3_out)
+    *sum_3_2, const REAL *p, REAL row, const REAL *surfaces, REAL common, REAL *sum_out, REAL *sum_2_out, REAL
+    *sum_3_out)
 {
     const REAL m_1 = m[0], m_e12 = m[1], m_e13 = m[2], m_e23 = m[3], m_e01 = m[4], m_e02 = m[5], m_e03 = m[6],
         m_e0123 = m[7];
@@ -520,20 +520,17 @@ static INLINE void NAME(sums_at_planes_sum)(const REAL *m, const REAL *sum, cons
         sum_2_2_4 = sum_2_2[4], sum_2_2_5 = sum_2_2[5];
     const REAL sum_3_2_0 = sum_3_2[0], sum_3_2_1 = sum_3_2[1], sum_3_2_2 = sum_3_2[2], sum_3_2_3 = sum_3_2[3];
     const REAL p_e032 = p[0], p_e013 = p[1], p_e021 = p[2];
-    const REAL picked_0 = picked[0];
-    const REAL picked_5_1 = picked_5[1];
-    const REAL picked_6_2 = picked_6[2];
-    const REAL picked_7_3 = picked_7[3];
-    const REAL picked_8_4 = picked_8[4];
-    const REAL t0 = m_e12 * picked_5_1 + m_e13 * picked_6_2;
-    const REAL t1 = m_e12 * picked_0 - m_e23 * picked_6_2;
-    const REAL t2 = m_e13 * picked_0 + m_e23 * picked_5_1;
-    const REAL t3 = picked_0 - (REAL)2 * (m_1 * t0 + m_e12 * t1 + m_e13 * t2);
-    const REAL t4 = picked_5_1 + (REAL)2 * (m_1 * t1 - m_e12 * t0 - m_e23 * t2);
-    const REAL t5 = picked_6_2 + (m_1 * t2 + m_e23 * t1 - m_e13 * t0) * (REAL)2;
-    const REAL t6 = m_e01 * t0 - m_e02 * t1 - m_e03 * t2 - picked_0 * (m_1 * m_e01 + m_e23 * m_e0123);
-    const REAL t7 = t6 - picked_5_1 * (m_1 * m_e02 - m_e13 * m_e0123);
-    const REAL t8 = picked_7_3 + (REAL)2 * (t7 - picked_6_2 * (m_1 * m_e03 + m_e12 * m_e0123));
+    const REAL surfaces_0 = surfaces[0], surfaces_1 = surfaces[1], surfaces_2 = surfaces[2],
+        surfaces_3 = surfaces[3], surfaces_4 = surfaces[4];
+    const REAL t0 = m_e12 * surfaces_1 + m_e13 * surfaces_2;
+    const REAL t1 = m_e12 * surfaces_0 - m_e23 * surfaces_2;
+    const REAL t2 = m_e13 * surfaces_0 + m_e23 * surfaces_1;
+    const REAL t3 = surfaces_0 - (REAL)2 * (m_1 * t0 + m_e12 * t1 + m_e13 * t2);
+    const REAL t4 = surfaces_1 + (REAL)2 * (m_1 * t1 - m_e12 * t0 - m_e23 * t2);
+    const REAL t5 = surfaces_2 + (m_1 * t2 + m_e23 * t1 - m_e13 * t0) * (REAL)2;
+    const REAL t6 = m_e01 * t0 - m_e02 * t1 - m_e03 * t2 - surfaces_0 * (m_1 * m_e01 + m_e23 * m_e0123);
+    const REAL t7 = t6 - surfaces_1 * (m_1 * m_e02 - m_e13 * m_e0123);
+    const REAL t8 = surfaces_3 + (REAL)2 * (t7 - surfaces_2 * (m_1 * m_e03 + m_e12 * m_e0123));
     const REAL t9 = t8 + (p_e032 * t3 + p_e013 * t4 + p_e021 * t5);
     const REAL t10 = (REAL)1 / ((REAL)1 + t9 * t9 / common);
     const REAL t11 = LESS_EQUAL((REAL)0, row);
@@ -577,7 +574,7 @@ static INLINE void NAME(sums_at_planes_sum)(const REAL *m, const REAL *sum, cons
     sum_3_out[0] = sum_3_2_0 + t11;
     sum_3_out[1] = sum_3_2_1 + t12;
     sum_3_out[2] = sum_3_2_2 + t9 * t21;
-    sum_3_out[3] = sum_3_2_3 + picked_8_4 * t12;
+    sum_3_out[3] = sum_3_2_3 + surfaces_4 * t12;
 }
 
 static INLINE void NAME(sums_at_planes_result)(const REAL *sum, const REAL *sum_2_2, const REAL *sum_3_2, REAL
@@ -635,23 +632,14 @@ void NAME(sums_at_planes)(intptr_t n, intptr_t k, const REAL *m, const REAL *poi
     const REAL *surfaces, REAL scale, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work)
 {
     (void)work;
-    REAL sum[21], sum_2[6], sum_3[4], number, otherwise[5], otherwise_2[5], otherwise_3[5], otherwise_4[5],
-        otherwise_5[5], common;
+    REAL sum[21], sum_2[6], sum_3[4], number, otherwise[5], common;
     NAME(sums_at_planes_sum_start)(sum, sum_2, sum_3);
     NAME(sums_at_planes_common)(scale, &common);
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, rows + i, &number);
         NAME(sums_at_planes_otherwise_start)(otherwise);
-        NAME(sums_at_planes_otherwise_start)(otherwise_2);
-        NAME(sums_at_planes_otherwise_start)(otherwise_3);
-        NAME(sums_at_planes_otherwise_start)(otherwise_4);
-        NAME(sums_at_planes_otherwise_start)(otherwise_5);
         NAME(sums_at_planes_sum)(m, sum, sum_2, sum_3, points + 3 * i, rows[i],
-            number >= 0 && number < k ? surfaces + 5 * (intptr_t)number : otherwise,
-            number >= 0 && number < k ? surfaces + 5 * (intptr_t)number : otherwise_2,
-            number >= 0 && number < k ? surfaces + 5 * (intptr_t)number : otherwise_3,
-            number >= 0 && number < k ? surfaces + 5 * (intptr_t)number : otherwise_4,
-            number >= 0 && number < k ? surfaces + 5 * (intptr_t)number : otherwise_5, common, sum, sum_2, sum_3);
+            number >= 0 && number < k ? surfaces + 5 * (intptr_t)number : otherwise, common, sum, sum_2, sum_3);
     }
     NAME(sums_at_planes_result)(sum, sum_2, sum_3, out_0, out_1, out_2);
 }

@@ -2,7 +2,7 @@
 // command: gac generate --all mapping
 // spec: a0037dfc809f4953
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: ee6de60464e45f6b3950bbf50e6adce048c0ef16fe397b4f707003244355685c
+// body: 4df7a67e03a6419f8ca8bf98df0ee70af11513ad1805bdc6a65faecdcfb8facf
 
 #ifndef REAL
 #include "mapping.h"
@@ -285,20 +285,18 @@ static INLINE void NAME(straight_bounds_otherwise_start)(REAL *otherwise)
     otherwise[1] = (REAL)0;
 }
 
-static INLINE void NAME(straight_bounds_square)(const REAL *points, REAL flag, const REAL *picked, const REAL
-    *picked_2, const REAL *picked_3, const REAL *picked_4, REAL *square)
+static INLINE void NAME(straight_bounds_square)(const REAL *points, REAL flag, const REAL *points_2, const REAL
+    *points_3, REAL *square)
 {
     const REAL points_0 = points[0], points_1 = points[1];
-    const REAL picked_0 = picked[0];
-    const REAL picked_2_1 = picked_2[1];
-    const REAL picked_3_0 = picked_3[0];
-    const REAL picked_4_1 = picked_4[1];
-    const REAL t0 = picked_3_0 - picked_0;
-    const REAL t1 = picked_4_1 - picked_2_1;
+    const REAL points_2_0 = points_2[0], points_2_1 = points_2[1];
+    const REAL points_3_0 = points_3[0], points_3_1 = points_3[1];
+    const REAL t0 = points_3_0 - points_2_0;
+    const REAL t1 = points_3_1 - points_2_1;
     const REAL t2 = t0 * t0 + t1 * t1;
     const REAL t3 = LESS_EQUAL(t2, (REAL)1e-30);
-    const REAL t4 = points_1 - picked_2_1;
-    const REAL t5 = points_0 - picked_0;
+    const REAL t4 = points_1 - points_2_1;
+    const REAL t5 = points_0 - points_2_0;
     const REAL t6 = t0 * t4 - t1 * t5;
     const REAL t7 = t6 * t6 / SELECT(t3, (REAL)1, t2);
     const REAL t8 = t5 * t5 + t4 * t4;
@@ -355,40 +353,31 @@ static INLINE void NAME(straight_bounds_state)(REAL sum, REAL state_carry_1, REA
     steps_2[0] = (REAL)0;
 }
 
-static INLINE void NAME(straight_bounds_otherwise_start_2)(REAL *otherwise_5)
+static INLINE void NAME(straight_bounds_otherwise_start_2)(REAL *otherwise_2)
 {
-    otherwise_5[0] = (REAL)0;
-    otherwise_5[1] = (REAL)0;
-    otherwise_5[2] = (REAL)0;
-    otherwise_5[3] = (REAL)0;
-    otherwise_5[4] = (REAL)0;
+    otherwise_2[0] = (REAL)0;
+    otherwise_2[1] = (REAL)0;
+    otherwise_2[2] = (REAL)0;
+    otherwise_2[3] = (REAL)0;
+    otherwise_2[4] = (REAL)0;
 }
 
 static INLINE void NAME(straight_bounds_cost)(REAL tolerance, const REAL *points, REAL flag, REAL a, REAL b, const
-    REAL *picked, const REAL *picked_5, const REAL *picked_6, const REAL *picked_7, const REAL *picked_8, const REAL
-    *picked_9, const REAL *picked_10, const REAL *picked_11, const REAL *picked_12, const REAL *picked_13, REAL
-    *cost)
+    REAL *sums, const REAL *sums_5, REAL *cost)
 {
     const REAL points_0 = points[0], points_1 = points[1];
-    const REAL picked_0 = picked[0];
-    const REAL picked_5_1 = picked_5[1];
-    const REAL picked_6_2 = picked_6[2];
-    const REAL picked_7_3 = picked_7[3];
-    const REAL picked_8_4 = picked_8[4];
-    const REAL picked_9_0 = picked_9[0];
-    const REAL picked_10_1 = picked_10[1];
-    const REAL picked_11_2 = picked_11[2];
-    const REAL picked_12_3 = picked_12[3];
-    const REAL picked_13_4 = picked_13[4];
+    const REAL sums_0 = sums[0], sums_1 = sums[1], sums_2 = sums[2], sums_3 = sums[3], sums_4 = sums[4];
+    const REAL sums_5_0 = sums_5[0], sums_5_1 = sums_5[1], sums_5_2 = sums_5[2], sums_5_3 = sums_5[3],
+        sums_5_4 = sums_5[4];
     const REAL t0 = LESS((REAL)0, LESS_EQUAL((REAL)0, b) * (flag * LESS_EQUAL((REAL)0, a)));
     const REAL t1 = b + (REAL)1 - a;
     const REAL t2 = (REAL)1 / SELECT(t0, t1, (REAL)1);
-    const REAL t3 = t2 * (picked_0 - picked_9_0);
-    const REAL t4 = t2 * (picked_6_2 - picked_11_2) + t3 * t3;
-    const REAL t5 = t2 * (picked_5_1 - picked_10_1);
-    const REAL t6 = t2 * (picked_8_4 - picked_13_4) + t5 * t5;
+    const REAL t3 = t2 * (sums_0 - sums_5_0);
+    const REAL t4 = t2 * (sums_2 - sums_5_2) + t3 * t3;
+    const REAL t5 = t2 * (sums_1 - sums_5_1);
+    const REAL t6 = t2 * (sums_4 - sums_5_4) + t5 * t5;
     const REAL t7 = t6 - t4;
-    const REAL t8 = t2 * (picked_7_3 - picked_12_3) + t3 * t5;
+    const REAL t8 = t2 * (sums_3 - sums_5_3) + t3 * t5;
     const REAL t9 = SQRT(t7 * t7 * (REAL)0.25 + t8 * t8);
     const REAL t10 = t7 * (REAL)0.5;
     const REAL t11 = t9 - t10;
@@ -411,9 +400,9 @@ static INLINE void NAME(straight_bounds_cost)(REAL tolerance, const REAL *points
     cost[0] = SELECT(LESS((REAL)0, t25 * (t0 * LESS(t27 * (REAL)3, tolerance))), t27, (REAL)1e+30);
 }
 
-static INLINE void NAME(straight_bounds_otherwise_start_3)(REAL *otherwise_15)
+static INLINE void NAME(straight_bounds_otherwise_start_3)(REAL *otherwise_3)
 {
-    otherwise_15[0] = (REAL)1e+30;
+    otherwise_3[0] = (REAL)1e+30;
 }
 
 static INLINE void NAME(straight_bounds_kept)(REAL flag, REAL own, REAL picked, REAL picked_2, REAL *kept)
@@ -439,15 +428,13 @@ void NAME(straight_bounds)(intptr_t n, const REAL *points, const REAL *sums, REA
         *const state_carry_0 = mapped + n, state_carry_1, state_steps, state_converged, converged, steps,
         next_state_carry_1, next_state_steps, next_state_converged, carry_0_start, carry_1_start,
         *const carry_0 = state_carry_0 + n, *const carry_1 = carry_0 + n, carry_0_start_2, carry_1_start_2,
-        *const carry_0_2 = carry_1 + n, *const carry_1_2 = carry_0_2 + n, number_2, otherwise[2], otherwise_2[2],
-        number_3, otherwise_3[2], otherwise_4[2], *const square = carry_1_2 + n, most_start,
-        *const most = square + n, most_start_2, *const most_2 = most + n, *const bound = most_2 + n, common_2,
-        sum_2, by_element, common_3, state_1, converged_2, steps_2, next_state_1, carry_0_start_3, carry_1_start_3,
-        *const carry_0_3 = bound + n, *const carry_1_3 = carry_0_3 + n, carry_0_start_4, carry_1_start_4,
-        *const carry_0_4 = carry_1_3 + n, *const carry_1_4 = carry_0_4 + n, number_4, otherwise_5[5],
-        otherwise_6[5], otherwise_7[5], otherwise_8[5], otherwise_9[5], number_5, otherwise_10[5], otherwise_11[5],
-        otherwise_12[5], otherwise_13[5], otherwise_14[5], *const cost = carry_1_4 + n, number_6, otherwise_15,
-        number_7, otherwise_16, kept, sum_3;
+        *const carry_0_2 = carry_1 + n, *const carry_1_2 = carry_0_2 + n, number_2, otherwise[2], number_3,
+        *const square = carry_1_2 + n, most_start, *const most = square + n, most_start_2, *const most_2 = most + n,
+        *const bound = most_2 + n, common_2, sum_2, by_element, common_3, state_1, converged_2, steps_2,
+        next_state_1, carry_0_start_3, carry_1_start_3, *const carry_0_3 = bound + n,
+        *const carry_1_3 = carry_0_3 + n, carry_0_start_4, carry_1_start_4, *const carry_0_4 = carry_1_3 + n,
+        *const carry_1_4 = carry_0_4 + n, number_4, otherwise_2[5], number_5, *const cost = carry_1_4 + n, number_6,
+        otherwise_3, number_7, kept, sum_3;
     NAME(straight_bounds_number_start)(&number_start);
     NAME(straight_bounds_sum_start)(&sum);
     for (intptr_t i = 0; i < n; i++) {
@@ -474,15 +461,10 @@ void NAME(straight_bounds)(intptr_t n, const REAL *points, const REAL *sums, REA
                 j > 0 ? carry_1[j - 1] : carry_1_start, state_carry_0[j], number[j], carry_0 + j, carry_1 + j);
             COPY(1, carry_0 + j, &number_2);
             NAME(straight_bounds_otherwise_start)(otherwise);
-            NAME(straight_bounds_otherwise_start)(otherwise_2);
             COPY(1, carry_0_2 + j, &number_3);
-            NAME(straight_bounds_otherwise_start)(otherwise_3);
-            NAME(straight_bounds_otherwise_start)(otherwise_4);
             NAME(straight_bounds_square)(points + 2 * j, state_carry_0[j],
                 number_2 >= 0 && number_2 < n ? points + 2 * (intptr_t)number_2 : otherwise,
-                number_2 >= 0 && number_2 < n ? points + 2 * (intptr_t)number_2 : otherwise_2,
-                number_3 >= 0 && number_3 < n ? points + 2 * (intptr_t)number_3 : otherwise_3,
-                number_3 >= 0 && number_3 < n ? points + 2 * (intptr_t)number_3 : otherwise_4, square + j);
+                number_3 >= 0 && number_3 < n ? points + 2 * (intptr_t)number_3 : otherwise, square + j);
             NAME(straight_bounds_most)(j > 0 ? most[j - 1] : most_start, state_carry_0[j], square[j], most + j);
         }
         NAME(straight_bounds_sum_start)(&most_start_2);
@@ -521,38 +503,20 @@ void NAME(straight_bounds)(intptr_t n, const REAL *points, const REAL *sums, REA
             NAME(straight_bounds_carry)(j > 0 ? carry_0_3[j - 1] : carry_0_start_3,
                 j > 0 ? carry_1_3[j - 1] : carry_1_start_3, out[j], number[j], carry_0_3 + j, carry_1_3 + j);
             NAME(straight_bounds_common)(carry_1_3[j], &number_4);
-            NAME(straight_bounds_otherwise_start_2)(otherwise_5);
-            NAME(straight_bounds_otherwise_start_2)(otherwise_6);
-            NAME(straight_bounds_otherwise_start_2)(otherwise_7);
-            NAME(straight_bounds_otherwise_start_2)(otherwise_8);
-            NAME(straight_bounds_otherwise_start_2)(otherwise_9);
+            NAME(straight_bounds_otherwise_start_2)(otherwise_2);
             COPY(1, carry_1_4 + j, &number_5);
-            NAME(straight_bounds_otherwise_start_2)(otherwise_10);
-            NAME(straight_bounds_otherwise_start_2)(otherwise_11);
-            NAME(straight_bounds_otherwise_start_2)(otherwise_12);
-            NAME(straight_bounds_otherwise_start_2)(otherwise_13);
-            NAME(straight_bounds_otherwise_start_2)(otherwise_14);
             NAME(straight_bounds_cost)(tolerance, points + 2 * j, out[j], carry_1_3[j], carry_1_4[j],
-                number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_5,
-                number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_6,
-                number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_7,
-                number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_8,
-                number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_9,
-                number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_10,
-                number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_11,
-                number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_12,
-                number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_13,
-                number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_14, cost + j);
+                number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_2,
+                number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_2, cost + j);
         }
         NAME(straight_bounds_sum_start)(&sum_3);
         for (intptr_t j = 0; j < n; j++) {
             COPY(1, carry_1_3 + j, &number_6);
-            NAME(straight_bounds_otherwise_start_3)(&otherwise_15);
+            NAME(straight_bounds_otherwise_start_3)(&otherwise_3);
             COPY(1, carry_1_4 + j, &number_7);
-            NAME(straight_bounds_otherwise_start_3)(&otherwise_16);
             NAME(straight_bounds_kept)(out[j], cost[j],
-                number_6 >= 0 && number_6 < n ? cost[(intptr_t)number_6] : otherwise_15,
-                number_7 >= 0 && number_7 < n ? cost[(intptr_t)number_7] : otherwise_16, &kept);
+                number_6 >= 0 && number_6 < n ? cost[(intptr_t)number_6] : otherwise_3,
+                number_7 >= 0 && number_7 < n ? cost[(intptr_t)number_7] : otherwise_3, &kept);
             NAME(straight_bounds_sum)(sum_3, out[j], kept, &sum_3);
             COPY(1, &kept, out + j);
         }
@@ -581,35 +545,24 @@ static INLINE void NAME(outline_of_runs_number)(REAL b, REAL c, REAL flag, REAL 
     number_3[0] = SELECT(LESS((REAL)0, flag), c, b);
 }
 
-static INLINE void NAME(outline_of_runs_nx)(REAL a, REAL b, REAL c, REAL flag, const REAL *picked, const REAL
-    *picked_2, const REAL *picked_3, const REAL *picked_4, const REAL *picked_5, const REAL *picked_6, const REAL
-    *picked_7, const REAL *picked_8, const REAL *picked_9, const REAL *picked_10, const REAL *picked_11, const REAL
-    *picked_12, const REAL *picked_13, const REAL *picked_14, REAL *nx, REAL *ny, REAL *x, REAL *y, REAL *size, REAL
+static INLINE void NAME(outline_of_runs_nx)(REAL a, REAL b, REAL c, REAL flag, const REAL *points, const REAL
+    *points_2, const REAL *sums, const REAL *sums_5, REAL *nx, REAL *ny, REAL *x, REAL *y, REAL *size, REAL
     *is_long)
 {
-    const REAL picked_0 = picked[0];
-    const REAL picked_2_1 = picked_2[1];
-    const REAL picked_3_0 = picked_3[0];
-    const REAL picked_4_1 = picked_4[1];
-    const REAL picked_5_0 = picked_5[0];
-    const REAL picked_6_1 = picked_6[1];
-    const REAL picked_7_2 = picked_7[2];
-    const REAL picked_8_3 = picked_8[3];
-    const REAL picked_9_4 = picked_9[4];
-    const REAL picked_10_0 = picked_10[0];
-    const REAL picked_11_1 = picked_11[1];
-    const REAL picked_12_2 = picked_12[2];
-    const REAL picked_13_3 = picked_13[3];
-    const REAL picked_14_4 = picked_14[4];
+    const REAL points_0 = points[0], points_1 = points[1];
+    const REAL points_2_0 = points_2[0], points_2_1 = points_2[1];
+    const REAL sums_0 = sums[0], sums_1 = sums[1], sums_2 = sums[2], sums_3 = sums[3], sums_4 = sums[4];
+    const REAL sums_5_0 = sums_5[0], sums_5_1 = sums_5[1], sums_5_2 = sums_5[2], sums_5_3 = sums_5[3],
+        sums_5_4 = sums_5[4];
     const REAL t0 = (REAL)1 + SELECT(LESS((REAL)0, flag), c, b) - a;
     const REAL t1 = MAXIMUM((REAL)1, t0);
     const REAL t2 = (REAL)1 / t1;
-    const REAL t3 = t2 * (picked_5_0 - picked_10_0);
-    const REAL t4 = t2 * (picked_7_2 - picked_12_2) + t3 * t3;
-    const REAL t5 = t2 * (picked_6_1 - picked_11_1);
-    const REAL t6 = t2 * (picked_9_4 - picked_14_4) + t5 * t5;
+    const REAL t3 = t2 * (sums_0 - sums_5_0);
+    const REAL t4 = t2 * (sums_2 - sums_5_2) + t3 * t3;
+    const REAL t5 = t2 * (sums_1 - sums_5_1);
+    const REAL t6 = t2 * (sums_4 - sums_5_4) + t5 * t5;
     const REAL t7 = t6 - t4;
-    const REAL t8 = t2 * (picked_8_3 - picked_13_3) + t3 * t5;
+    const REAL t8 = t2 * (sums_3 - sums_5_3) + t3 * t5;
     const REAL t9 = SQRT(t7 * t7 * (REAL)0.25 + t8 * t8);
     const REAL t10 = t7 * (REAL)0.5;
     const REAL t11 = t9 - t10;
@@ -626,8 +579,8 @@ static INLINE void NAME(outline_of_runs_nx)(REAL a, REAL b, REAL c, REAL flag, c
     const REAL t22 = SELECT(t17, (REAL)0, t21);
     const REAL t23 = SELECT(LESS(-(t3 * t20 + t5 * t22), (REAL)0), (REAL)-1, (REAL)1);
     const REAL t24 = -(t9 + (REAL)0.5 * (t4 + t6));
-    const REAL t25 = picked_0 - picked_3_0;
-    const REAL t26 = picked_2_1 - picked_4_1;
+    const REAL t25 = points_0 - points_2_0;
+    const REAL t26 = points_1 - points_2_1;
     const REAL t27 = t25 * t25 + t26 * t26;
     const REAL t28 = LESS((REAL)(1.0 / 25.0), t27) * LESS_EQUAL((REAL)4, t1);
     const REAL t29 = LESS(MAXIMUM((REAL)0, t24), (REAL)(1.0 / 625.0)) * t28;
@@ -644,15 +597,14 @@ static INLINE void NAME(outline_of_runs_mapped)(REAL size, REAL k, REAL common, 
     mapped[0] = SELECT(LESS(k, common), size, (REAL)0);
 }
 
-static INLINE void NAME(outline_of_runs_step)(REAL common, const REAL *points, REAL k, const REAL *picked, const
-    REAL *picked_2, REAL *step_0, REAL *step_1)
+static INLINE void NAME(outline_of_runs_step)(REAL common, const REAL *points, REAL k, const REAL *points_2, REAL
+    *step_0, REAL *step_1)
 {
     const REAL points_0 = points[0], points_1 = points[1];
-    const REAL picked_0 = picked[0];
-    const REAL picked_2_1 = picked_2[1];
+    const REAL points_2_0 = points_2[0], points_2_1 = points_2[1];
     const REAL t0 = LESS(k, common);
-    const REAL t1 = picked_0 - points_0;
-    const REAL t2 = picked_2_1 - points_1;
+    const REAL t1 = points_2_0 - points_0;
+    const REAL t2 = points_2_1 - points_1;
     step_0[0] = SELECT(t0, t1, (REAL)0);
     step_1[0] = SELECT(t0, t2, (REAL)0);
 }
@@ -765,14 +717,11 @@ static INLINE void NAME(outline_of_runs_within)(intptr_t n, const REAL *points, 
 {
     REAL number_start, *const number = work, sum, carry_0_start, carry_1_start, *const carry_0 = number + n,
         *const carry_1 = carry_0 + n, carry_0_start_2, carry_1_start_2, *const carry_0_2 = carry_1 + n,
-        *const carry_1_2 = carry_0_2 + n, number_2, otherwise[2], otherwise_2[2], number_3, otherwise_3[2],
-        otherwise_4[2], number_4, otherwise_5[5], otherwise_6[5], otherwise_7[5], otherwise_8[5], otherwise_9[5],
-        number_5, otherwise_10[5], otherwise_11[5], otherwise_12[5], otherwise_13[5], otherwise_14[5],
+        *const carry_1_2 = carry_0_2 + n, number_2, otherwise[2], number_3, number_4, otherwise_2[5],
         *const nx = carry_1_2 + n, *const ny = nx + n, *const x = ny + n, *const y = x + n, *const size = y + n,
-        *const is_long = size + n, *const mapped = is_long + n, common, number_6, otherwise_15[2], otherwise_16[2],
+        *const is_long = size + n, *const mapped = is_long + n, common, number_5, otherwise_3[2],
         *const step_0 = mapped + n, *const step_1 = step_0 + n, *const mapped_2 = step_1 + n,
-        *const mapped_3 = mapped_2 + n, number_7, otherwise_17, otherwise_18, otherwise_19, otherwise_20,
-        otherwise_21, otherwise_22, number_8, otherwise_23, common_2, described[2 * 5];
+        *const mapped_3 = mapped_2 + n, number_6, otherwise_4, common_2, described[2 * 5];
     NAME(straight_bounds_number_start)(&number_start);
     NAME(straight_bounds_sum_start)(&sum);
     NAME(straight_bounds_carry_0_start)(&carry_0_start, &carry_1_start);
@@ -790,64 +739,32 @@ static INLINE void NAME(outline_of_runs_within)(intptr_t n, const REAL *points, 
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, carry_0 + i, &number_2);
         NAME(straight_bounds_otherwise_start)(otherwise);
-        NAME(straight_bounds_otherwise_start)(otherwise_2);
         NAME(outline_of_runs_number)(carry_0_2[i], carry_1_2[i], bounds[i], &number_3);
-        NAME(straight_bounds_otherwise_start)(otherwise_3);
-        NAME(straight_bounds_otherwise_start)(otherwise_4);
         NAME(straight_bounds_common)(carry_0[i], &number_4);
-        NAME(straight_bounds_otherwise_start_2)(otherwise_5);
-        NAME(straight_bounds_otherwise_start_2)(otherwise_6);
-        NAME(straight_bounds_otherwise_start_2)(otherwise_7);
-        NAME(straight_bounds_otherwise_start_2)(otherwise_8);
-        NAME(straight_bounds_otherwise_start_2)(otherwise_9);
-        NAME(outline_of_runs_number)(carry_0_2[i], carry_1_2[i], bounds[i], &number_5);
-        NAME(straight_bounds_otherwise_start_2)(otherwise_10);
-        NAME(straight_bounds_otherwise_start_2)(otherwise_11);
-        NAME(straight_bounds_otherwise_start_2)(otherwise_12);
-        NAME(straight_bounds_otherwise_start_2)(otherwise_13);
-        NAME(straight_bounds_otherwise_start_2)(otherwise_14);
+        NAME(straight_bounds_otherwise_start_2)(otherwise_2);
         NAME(outline_of_runs_nx)(carry_0[i], carry_0_2[i], carry_1_2[i], bounds[i],
             number_2 >= 0 && number_2 < n ? points + 2 * (intptr_t)number_2 : otherwise,
-            number_2 >= 0 && number_2 < n ? points + 2 * (intptr_t)number_2 : otherwise_2,
-            number_3 >= 0 && number_3 < n ? points + 2 * (intptr_t)number_3 : otherwise_3,
-            number_3 >= 0 && number_3 < n ? points + 2 * (intptr_t)number_3 : otherwise_4,
-            number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_5,
-            number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_6,
-            number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_7,
-            number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_8,
-            number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_9,
-            number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_10,
-            number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_11,
-            number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_12,
-            number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_13,
-            number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_14, nx + i, ny + i, x + i,
+            number_3 >= 0 && number_3 < n ? points + 2 * (intptr_t)number_3 : otherwise,
+            number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_2,
+            number_3 >= 0 && number_3 < n ? sums + 5 * (intptr_t)number_3 : otherwise_2, nx + i, ny + i, x + i,
             y + i, size + i, is_long + i);
         NAME(outline_of_runs_mapped)(size[i], number[i], common, mapped + i);
-        NAME(straight_bounds_number)(number[i], &number_6);
-        NAME(straight_bounds_otherwise_start)(otherwise_15);
-        NAME(straight_bounds_otherwise_start)(otherwise_16);
+        NAME(straight_bounds_number)(number[i], &number_5);
+        NAME(straight_bounds_otherwise_start)(otherwise_3);
         NAME(outline_of_runs_step)(common, points + 2 * i, number[i],
-            number_6 >= 0 && number_6 < n ? points + 2 * (intptr_t)number_6 : otherwise_15,
-            number_6 >= 0 && number_6 < n ? points + 2 * (intptr_t)number_6 : otherwise_16, step_0 + i, step_1 + i);
+            number_5 >= 0 && number_5 < n ? points + 2 * (intptr_t)number_5 : otherwise_3, step_0 + i, step_1 + i);
         NAME(outline_of_runs_mapped_2)(step_0[i], step_1[i], mapped_2 + i);
         NAME(outline_of_runs_mapped_3)(mapped_2[i], mapped[i], mapped_3 + i);
     }
     NAME(outline_of_runs_common)(stride, &common_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(straight_bounds_common)(number[i], &number_7);
-        NAME(straight_bounds_sum_start)(&otherwise_17);
-        NAME(straight_bounds_sum_start)(&otherwise_18);
-        NAME(straight_bounds_sum_start)(&otherwise_19);
-        NAME(straight_bounds_sum_start)(&otherwise_20);
-        NAME(straight_bounds_sum_start)(&otherwise_21);
-        NAME(straight_bounds_sum_start)(&otherwise_22);
-        NAME(straight_bounds_common)(number[i], &number_8);
-        NAME(straight_bounds_sum_start)(&otherwise_23);
+        NAME(straight_bounds_common)(number[i], &number_6);
+        NAME(straight_bounds_sum_start)(&otherwise_4);
         NAME(outline_of_runs_result)(points + 2 * i, nx[i], ny[i], mapped[i], mapped_3[i], bounds[i],
-            number_7 >= 0 && number_7 < n ? nx[(intptr_t)number_7] : otherwise_17,
-            number_7 >= 0 && number_7 < n ? ny[(intptr_t)number_7] : otherwise_18,
-            number_7 >= 0 && number_7 < n ? size[(intptr_t)number_7] : otherwise_21,
-            number_8 >= 0 && number_8 < n ? mapped_3[(intptr_t)number_8] : otherwise_23, common_2, out_0 + 6 * i,
+            number_6 >= 0 && number_6 < n ? nx[(intptr_t)number_6] : otherwise_4,
+            number_6 >= 0 && number_6 < n ? ny[(intptr_t)number_6] : otherwise_4,
+            number_6 >= 0 && number_6 < n ? size[(intptr_t)number_6] : otherwise_4,
+            number_6 >= 0 && number_6 < n ? mapped_3[(intptr_t)number_6] : otherwise_4, common_2, out_0 + 6 * i,
             out_1 + 5 * i);
     }
     for (intptr_t i = 0; i < n; i++) {
@@ -881,17 +798,16 @@ static INLINE void NAME(surface_begins_common)(REAL step, REAL *common)
 }
 
 static INLINE void NAME(surface_begins_result)(REAL reach, const REAL *points, REAL range_, REAL beam, REAL k, const
-    REAL *picked, const REAL *picked_2, REAL picked_3, REAL common, REAL *out)
+    REAL *points_2, REAL picked, REAL common, REAL *out)
 {
     const REAL points_0 = points[0], points_1 = points[1];
-    const REAL picked_0 = picked[0];
-    const REAL picked_2_1 = picked_2[1];
-    const REAL t0 = points_0 - picked_0;
-    const REAL t1 = points_1 - picked_2_1;
+    const REAL points_2_0 = points_2[0], points_2_1 = points_2[1];
+    const REAL t0 = points_0 - points_2_0;
+    const REAL t1 = points_1 - points_2_1;
     const REAL t2 = range_ * common;
     const REAL t3 = MAXIMUM(reach, t2);
     const REAL t4 = LESS_EQUAL(t3 * t3, t0 * t0 + t1 * t1);
-    const REAL t5 = LESS((REAL)2, beam - picked_3);
+    const REAL t5 = LESS((REAL)2, beam - picked);
     const REAL t6 = MAXIMUM(t4, t5);
     const REAL t7 = LESS_EQUAL(k, (REAL)0);
     out[0] = MAXIMUM(t7, t6);
@@ -907,20 +823,17 @@ intptr_t mapping_surface_begins_work(intptr_t n)
 void NAME(surface_begins)(intptr_t n, const REAL *points, const REAL *ranges, const REAL *beams, REAL step,
     REAL reach, REAL *out, REAL *work)
 {
-    REAL number_start, *const number = work, number_2, otherwise[2], otherwise_2[2], number_3, otherwise_3, common;
+    REAL number_start, *const number = work, number_2, otherwise[2], otherwise_2, common;
     NAME(straight_bounds_number_start)(&number_start);
     NAME(surface_begins_common)(step, &common);
     for (intptr_t i = 0; i < n; i++) {
         NAME(straight_bounds_number)(i > 0 ? number[i - 1] : number_start, number + i);
         NAME(straight_bounds_common)(number[i], &number_2);
         NAME(straight_bounds_otherwise_start)(otherwise);
-        NAME(straight_bounds_otherwise_start)(otherwise_2);
-        NAME(straight_bounds_common)(number[i], &number_3);
-        NAME(straight_bounds_sum_start)(&otherwise_3);
+        NAME(straight_bounds_sum_start)(&otherwise_2);
         NAME(surface_begins_result)(reach, points + 2 * i, ranges[i], beams[i], number[i],
             number_2 >= 0 && number_2 < n ? points + 2 * (intptr_t)number_2 : otherwise,
-            number_2 >= 0 && number_2 < n ? points + 2 * (intptr_t)number_2 : otherwise_2,
-            number_3 >= 0 && number_3 < n ? beams[(intptr_t)number_3] : otherwise_3, common, out + i);
+            number_2 >= 0 && number_2 < n ? beams[(intptr_t)number_2] : otherwise_2, common, out + i);
     }
 }
 
@@ -933,26 +846,25 @@ GAC_PROCEDURE(surface_begins, ALONE)
     WORK(8, mapped, scalar, 1, n) WORK(9, carry, scalar, 1, n) WORK(10, carry_2, scalar, 1, n)
 
 static INLINE void NAME(narrow_readings_begins)(const REAL *rules_0, const REAL *points, REAL range_, REAL beam,
-    REAL k, const REAL *picked, const REAL *picked_2, REAL picked_3, REAL common, REAL *begins)
+    REAL k, const REAL *points_2, REAL picked, REAL common, REAL *begins)
 {
     const REAL rules_0_0 = rules_0[0];
     const REAL points_0 = points[0], points_1 = points[1];
-    const REAL picked_0 = picked[0];
-    const REAL picked_2_1 = picked_2[1];
-    const REAL t0 = points_0 - picked_0;
-    const REAL t1 = points_1 - picked_2_1;
+    const REAL points_2_0 = points_2[0], points_2_1 = points_2[1];
+    const REAL t0 = points_0 - points_2_0;
+    const REAL t1 = points_1 - points_2_1;
     const REAL t2 = range_ * common;
     const REAL t3 = MAXIMUM(rules_0_0, t2);
     const REAL t4 = LESS_EQUAL(t3 * t3, t0 * t0 + t1 * t1);
-    const REAL t5 = LESS((REAL)2, beam - picked_3);
+    const REAL t5 = LESS((REAL)2, beam - picked);
     const REAL t6 = MAXIMUM(t4, t5);
     const REAL t7 = LESS_EQUAL(k, (REAL)0);
     begins[0] = MAXIMUM(t7, t6);
 }
 
-static INLINE void NAME(narrow_readings_otherwise_start)(REAL *otherwise_4)
+static INLINE void NAME(narrow_readings_otherwise_start)(REAL *otherwise_3)
 {
-    otherwise_4[0] = (REAL)1;
+    otherwise_3[0] = (REAL)1;
 }
 
 static INLINE void NAME(narrow_readings_carry)(REAL carry, REAL flag, REAL k, REAL *carry_out)
@@ -966,24 +878,21 @@ static INLINE void NAME(narrow_readings_common)(const REAL *rules_1, REAL *commo
     common_2[0] = rules_1_1 * rules_1_1;
 }
 
-static INLINE void NAME(narrow_readings_otherwise_start_2)(REAL *otherwise_9)
+static INLINE void NAME(narrow_readings_otherwise_start_2)(REAL *otherwise_5)
 {
-    otherwise_9[0] = (REAL)-1e+30;
+    otherwise_5[0] = (REAL)-1e+30;
 }
 
-static INLINE void NAME(narrow_readings_result)(const REAL *rules_2, const REAL *picked, const REAL *picked_2, const
-    REAL *picked_3, const REAL *picked_4, REAL picked_5, REAL picked_6, REAL picked_7, REAL picked_8, REAL common,
-    REAL *out)
+static INLINE void NAME(narrow_readings_result)(const REAL *rules_2, const REAL *points, const REAL *points_2, REAL
+    picked, REAL picked_2, REAL picked_3, REAL picked_4, REAL common, REAL *out)
 {
     const REAL rules_2_2 = rules_2[2];
-    const REAL picked_0 = picked[0];
-    const REAL picked_2_1 = picked_2[1];
-    const REAL picked_3_0 = picked_3[0];
-    const REAL picked_4_1 = picked_4[1];
-    const REAL t0 = picked_0 - picked_3_0;
-    const REAL t1 = picked_2_1 - picked_4_1;
-    const REAL t2 = LESS(t0 * t0 + t1 * t1, common) * LESS(rules_2_2 + picked_6, picked_5);
-    out[0] = t2 * LESS(rules_2_2 + picked_8, picked_7);
+    const REAL points_0 = points[0], points_1 = points[1];
+    const REAL points_2_0 = points_2[0], points_2_1 = points_2[1];
+    const REAL t0 = points_0 - points_2_0;
+    const REAL t1 = points_1 - points_2_1;
+    const REAL t2 = LESS(t0 * t0 + t1 * t1, common) * LESS(rules_2_2 + picked_2, picked);
+    out[0] = t2 * LESS(rules_2_2 + picked_4, picked_3);
 }
 
 #if PRECISION(1, 0)
@@ -996,30 +905,26 @@ intptr_t mapping_narrow_readings_work(intptr_t n)
 void NAME(narrow_readings)(intptr_t n, const REAL *points, const REAL *ranges, const REAL *beams, REAL step,
     const REAL *rules, REAL *out, REAL *work)
 {
-    REAL number_start, *const number = work, number_2, otherwise[2], otherwise_2[2], number_3, otherwise_3,
-        *const begins = number + n, common, number_4, otherwise_4, *const mapped = begins + n, carry_start,
-        *const carry = mapped + n, carry_start_2, *const carry_2 = carry + n, number_5, otherwise_5[2],
-        otherwise_6[2], number_6, otherwise_7[2], otherwise_8[2], number_7, otherwise_9, number_8, otherwise_10,
-        number_9, otherwise_11, number_10, otherwise_12, common_2;
+    REAL number_start, *const number = work, number_2, otherwise[2], otherwise_2, *const begins = number + n,
+        common, number_3, otherwise_3, *const mapped = begins + n, carry_start, *const carry = mapped + n,
+        carry_start_2, *const carry_2 = carry + n, number_4, otherwise_4[2], number_5, number_6, otherwise_5,
+        otherwise_6, number_7, common_2;
     NAME(straight_bounds_number_start)(&number_start);
     NAME(surface_begins_common)(step, &common);
     for (intptr_t i = 0; i < n; i++) {
         NAME(straight_bounds_number)(i > 0 ? number[i - 1] : number_start, number + i);
         NAME(straight_bounds_common)(number[i], &number_2);
         NAME(straight_bounds_otherwise_start)(otherwise);
-        NAME(straight_bounds_otherwise_start)(otherwise_2);
-        NAME(straight_bounds_common)(number[i], &number_3);
-        NAME(straight_bounds_sum_start)(&otherwise_3);
+        NAME(straight_bounds_sum_start)(&otherwise_2);
         NAME(narrow_readings_begins)(rules, points + 2 * i, ranges[i], beams[i], number[i],
             number_2 >= 0 && number_2 < n ? points + 2 * (intptr_t)number_2 : otherwise,
-            number_2 >= 0 && number_2 < n ? points + 2 * (intptr_t)number_2 : otherwise_2,
-            number_3 >= 0 && number_3 < n ? beams[(intptr_t)number_3] : otherwise_3, common, begins + i);
+            number_2 >= 0 && number_2 < n ? beams[(intptr_t)number_2] : otherwise_2, common, begins + i);
     }
     NAME(straight_bounds_sum_start)(&carry_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(straight_bounds_number)(number[i], &number_4);
-        NAME(narrow_readings_otherwise_start)(&otherwise_4);
-        COPY(1, number_4 >= 0 && number_4 < n ? begins + (intptr_t)number_4 : &otherwise_4, mapped + i);
+        NAME(straight_bounds_number)(number[i], &number_3);
+        NAME(narrow_readings_otherwise_start)(&otherwise_3);
+        COPY(1, number_3 >= 0 && number_3 < n ? begins + (intptr_t)number_3 : &otherwise_3, mapped + i);
         NAME(narrow_readings_carry)(i > 0 ? carry[i - 1] : carry_start, begins[i], number[i], carry + i);
     }
     NAME(straight_bounds_sum_start)(&carry_start_2);
@@ -1027,29 +932,20 @@ void NAME(narrow_readings)(intptr_t n, const REAL *points, const REAL *ranges, c
         NAME(narrow_readings_carry)(i + 1 < n ? carry_2[i + 1] : carry_start_2, mapped[i], number[i], carry_2 + i);
     NAME(narrow_readings_common)(rules, &common_2);
     for (intptr_t i = 0; i < n; i++) {
-        COPY(1, carry + i, &number_5);
-        NAME(straight_bounds_otherwise_start)(otherwise_5);
-        NAME(straight_bounds_otherwise_start)(otherwise_6);
-        COPY(1, carry_2 + i, &number_6);
-        NAME(straight_bounds_otherwise_start)(otherwise_7);
-        NAME(straight_bounds_otherwise_start)(otherwise_8);
-        NAME(straight_bounds_common)(carry[i], &number_7);
-        NAME(narrow_readings_otherwise_start_2)(&otherwise_9);
-        COPY(1, carry + i, &number_8);
-        NAME(straight_bounds_sum_start)(&otherwise_10);
-        NAME(straight_bounds_number)(carry_2[i], &number_9);
-        NAME(narrow_readings_otherwise_start_2)(&otherwise_11);
-        COPY(1, carry_2 + i, &number_10);
-        NAME(straight_bounds_sum_start)(&otherwise_12);
+        COPY(1, carry + i, &number_4);
+        NAME(straight_bounds_otherwise_start)(otherwise_4);
+        COPY(1, carry_2 + i, &number_5);
+        NAME(straight_bounds_common)(carry[i], &number_6);
+        NAME(narrow_readings_otherwise_start_2)(&otherwise_5);
+        NAME(straight_bounds_sum_start)(&otherwise_6);
+        NAME(straight_bounds_number)(carry_2[i], &number_7);
         NAME(narrow_readings_result)(rules,
-            number_5 >= 0 && number_5 < n ? points + 2 * (intptr_t)number_5 : otherwise_5,
-            number_5 >= 0 && number_5 < n ? points + 2 * (intptr_t)number_5 : otherwise_6,
-            number_6 >= 0 && number_6 < n ? points + 2 * (intptr_t)number_6 : otherwise_7,
-            number_6 >= 0 && number_6 < n ? points + 2 * (intptr_t)number_6 : otherwise_8,
-            number_7 >= 0 && number_7 < n ? ranges[(intptr_t)number_7] : otherwise_9,
-            number_8 >= 0 && number_8 < n ? ranges[(intptr_t)number_8] : otherwise_10,
-            number_9 >= 0 && number_9 < n ? ranges[(intptr_t)number_9] : otherwise_11,
-            number_10 >= 0 && number_10 < n ? ranges[(intptr_t)number_10] : otherwise_12, common_2, out + i);
+            number_4 >= 0 && number_4 < n ? points + 2 * (intptr_t)number_4 : otherwise_4,
+            number_5 >= 0 && number_5 < n ? points + 2 * (intptr_t)number_5 : otherwise_4,
+            number_6 >= 0 && number_6 < n ? ranges[(intptr_t)number_6] : otherwise_5,
+            number_4 >= 0 && number_4 < n ? ranges[(intptr_t)number_4] : otherwise_6,
+            number_7 >= 0 && number_7 < n ? ranges[(intptr_t)number_7] : otherwise_5,
+            number_5 >= 0 && number_5 < n ? ranges[(intptr_t)number_5] : otherwise_6, common_2, out + i);
     }
 }
 
@@ -1285,83 +1181,73 @@ static INLINE void NAME(step_between_otherwise_start)(REAL *otherwise)
 }
 
 static INLINE void NAME(step_between_sum)(const REAL *motor, const REAL *sum, const REAL *sum_2_2, REAL sum_2_0,
-    REAL sum_2_1, const REAL *points, REAL square, const REAL *picked, const REAL *picked_6, const REAL *picked_7,
-    const REAL *picked_8, const REAL *picked_9, const REAL *picked_10, REAL common, REAL common_2, REAL *sum_out,
+    REAL sum_2_1, const REAL *points, REAL square, const REAL *targets, REAL common, REAL common_2, REAL *sum_out,
     REAL *sum_2_out, REAL *sum_2_0_out, REAL *sum_2_1_out)
 {
     const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e20 = motor[2], motor_e01 = motor[3];
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5];
     const REAL sum_2_2_0 = sum_2_2[0], sum_2_2_1 = sum_2_2[1], sum_2_2_2 = sum_2_2[2];
     const REAL points_0 = points[0], points_1 = points[1], points_5 = points[5];
-    const REAL picked_0 = picked[0];
-    const REAL picked_6_1 = picked_6[1];
-    const REAL picked_7_2 = picked_7[2];
-    const REAL picked_8_3 = picked_8[3];
-    const REAL picked_9_4 = picked_9[4];
-    const REAL picked_10_5 = picked_10[5];
+    const REAL targets_0 = targets[0], targets_1 = targets[1], targets_2 = targets[2], targets_3 = targets[3],
+        targets_4 = targets[4], targets_5 = targets[5];
     const REAL t0 = motor_e12 * points_0 - motor_e20;
     const REAL t1 = motor_e12 * points_1 - motor_e01;
     const REAL t2 = points_0 + (REAL)2 * (motor_1 * t1 - motor_e12 * t0);
-    const REAL t3 = t2 - picked_0;
+    const REAL t3 = t2 - targets_0;
     const REAL t4 = points_1 - (REAL)2 * (motor_1 * t0 + motor_e12 * t1);
-    const REAL t5 = t4 - picked_6_1;
-    const REAL t6 = picked_7_2 * t5 - picked_8_3 * t3;
-    const REAL t7 = picked_7_2 * t3 + picked_8_3 * t5;
-    const REAL t8 = (REAL)1 / ((REAL)1 + (t7 * t7 + t6 * (picked_9_4 * t6)) / common_2);
-    const REAL t9 = t8 * (points_5 * picked_10_5 * LESS(square, common) * t8);
-    const REAL t10 = picked_8_3 * picked_9_4;
-    const REAL t11 = picked_7_2 * t2 + picked_8_3 * t4;
-    const REAL t12 = picked_8_3 * t2 - picked_7_2 * t4;
-    const REAL t13 = picked_7_2 * picked_9_4;
-    const REAL t14 = picked_9_4 * t11;
-    sum_out[0] = sum_0 + t9 * (picked_7_2 * picked_7_2 + picked_8_3 * t10);
-    sum_out[1] = sum_1 + t9 * (picked_7_2 * picked_8_3 - picked_7_2 * t10);
-    sum_out[2] = sum_2 + t9 * (picked_7_2 * t12 - t10 * t11);
-    sum_out[3] = sum_3 + t9 * (picked_8_3 * picked_8_3 + picked_7_2 * t13);
-    sum_out[4] = sum_4 + t9 * (picked_8_3 * t12 + t11 * t13);
+    const REAL t5 = t4 - targets_1;
+    const REAL t6 = targets_2 * t5 - targets_3 * t3;
+    const REAL t7 = targets_2 * t3 + targets_3 * t5;
+    const REAL t8 = (REAL)1 / ((REAL)1 + (t7 * t7 + t6 * (targets_4 * t6)) / common_2);
+    const REAL t9 = t8 * (points_5 * targets_5 * LESS(square, common) * t8);
+    const REAL t10 = targets_3 * targets_4;
+    const REAL t11 = targets_2 * t2 + targets_3 * t4;
+    const REAL t12 = targets_3 * t2 - targets_2 * t4;
+    const REAL t13 = targets_2 * targets_4;
+    const REAL t14 = targets_4 * t11;
+    sum_out[0] = sum_0 + t9 * (targets_2 * targets_2 + targets_3 * t10);
+    sum_out[1] = sum_1 + t9 * (targets_2 * targets_3 - targets_2 * t10);
+    sum_out[2] = sum_2 + t9 * (targets_2 * t12 - t10 * t11);
+    sum_out[3] = sum_3 + t9 * (targets_3 * targets_3 + targets_2 * t13);
+    sum_out[4] = sum_4 + t9 * (targets_3 * t12 + t11 * t13);
     sum_out[5] = sum_5 + t9 * (t12 * t12 + t11 * t14);
-    sum_2_out[0] = sum_2_2_0 + t9 * (picked_7_2 * t7 - t6 * t10);
-    sum_2_out[1] = sum_2_2_1 + t9 * (picked_8_3 * t7 + t6 * t13);
+    sum_2_out[0] = sum_2_2_0 + t9 * (targets_2 * t7 - t6 * t10);
+    sum_2_out[1] = sum_2_2_1 + t9 * (targets_3 * t7 + t6 * t13);
     sum_2_out[2] = sum_2_2_2 + t9 * (t7 * t12 + t6 * t14);
     sum_2_0_out[0] = sum_2_0 + t9;
     sum_2_1_out[0] = sum_2_1 + t7 * (t7 * t9);
 }
 
 static INLINE void NAME(step_between_sum_2)(const REAL *motor, REAL common, REAL common_2, const REAL *sum_3, const
-    REAL *sum_4, REAL sum_2_0, REAL sum_2_1, const REAL *others, REAL square, const REAL *picked, const REAL
-    *picked_6, const REAL *picked_7, const REAL *picked_8, const REAL *picked_9, const REAL *picked_10, REAL
-    *sum_3_out, REAL *sum_4_out, REAL *sum_2_0_2, REAL *sum_2_1_2)
+    REAL *sum_4, REAL sum_2_0, REAL sum_2_1, const REAL *others, REAL square, const REAL *points, REAL *sum_3_out,
+    REAL *sum_4_out, REAL *sum_2_0_2, REAL *sum_2_1_2)
 {
     const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e20 = motor[2], motor_e01 = motor[3];
     const REAL sum_3_0 = sum_3[0], sum_3_1 = sum_3[1], sum_3_2 = sum_3[2], sum_3_3 = sum_3[3], sum_3_4 = sum_3[4],
         sum_3_5 = sum_3[5];
     const REAL sum_4_0 = sum_4[0], sum_4_1 = sum_4[1], sum_4_2 = sum_4[2];
     const REAL others_0 = others[0], others_1 = others[1], others_5 = others[5];
-    const REAL picked_0 = picked[0];
-    const REAL picked_6_1 = picked_6[1];
-    const REAL picked_7_2 = picked_7[2];
-    const REAL picked_8_3 = picked_8[3];
-    const REAL picked_9_4 = picked_9[4];
-    const REAL picked_10_5 = picked_10[5];
+    const REAL points_0 = points[0], points_1 = points[1], points_2 = points[2], points_3 = points[3],
+        points_4 = points[4], points_5 = points[5];
     const REAL t0 = motor_e12 * (REAL)2;
     const REAL t1 = (REAL)1 - motor_e12 * t0;
     const REAL t2 = motor_1 * t0;
     const REAL t3 = motor_1 * (REAL)2;
-    const REAL t4 = motor_e20 * t0 + picked_0 * t1 + picked_6_1 * t2 - motor_e01 * t3;
+    const REAL t4 = motor_e20 * t0 + points_0 * t1 + points_1 * t2 - motor_e01 * t3;
     const REAL t5 = t4 - others_0;
-    const REAL t6 = picked_7_2 * t2 - picked_8_3 * t1;
-    const REAL t7 = picked_0 * t2 - motor_e20 * t3 - motor_e01 * t0 - picked_6_1 * t1;
+    const REAL t6 = points_2 * t2 - points_3 * t1;
+    const REAL t7 = points_0 * t2 - motor_e20 * t3 - motor_e01 * t0 - points_1 * t1;
     const REAL t8 = others_1 + t7;
-    const REAL t9 = picked_7_2 * t1 + picked_8_3 * t2;
+    const REAL t9 = points_2 * t1 + points_3 * t2;
     const REAL t10 = t5 * t6 - t9 * t8;
     const REAL t11 = t9 * t5 + t6 * t8;
-    const REAL t12 = (REAL)1 / ((REAL)1 + (t11 * t11 + t10 * (picked_9_4 * t10)) / common_2);
-    const REAL t13 = t12 * (t12 * (LESS(square, common) * (others_5 * picked_10_5)));
-    const REAL t14 = picked_9_4 * t6;
+    const REAL t12 = (REAL)1 / ((REAL)1 + (t11 * t11 + t10 * (points_4 * t10)) / common_2);
+    const REAL t13 = t12 * (t12 * (LESS(square, common) * (others_5 * points_5)));
+    const REAL t14 = points_4 * t6;
     const REAL t15 = t9 * t4 + t6 * t7;
     const REAL t16 = t9 * t7 - t4 * t6;
-    const REAL t17 = picked_9_4 * t9;
-    const REAL t18 = picked_9_4 * t15;
+    const REAL t17 = points_4 * t9;
+    const REAL t18 = points_4 * t15;
     sum_3_out[0] = sum_3_0 + t13 * (t9 * t9 + t6 * t14);
     sum_3_out[1] = sum_3_1 + t13 * (t9 * t14 - t9 * t6);
     sum_3_out[2] = sum_3_2 + t13 * (t9 * t16 + t14 * t15);
@@ -1443,45 +1329,24 @@ static INLINE void NAME(step_between_within)(intptr_t n, intptr_t m, intptr_t k,
     REAL *out_2, REAL *work)
 {
     (void)work;
-    REAL sum[6], sum_2[3], sum_2_0, sum_2_1, number, otherwise[6], otherwise_2[6], otherwise_3[6], otherwise_4[6],
-        otherwise_5[6], otherwise_6[6], common, common_2, sum_3[6], sum_4[3], sum_2_0_2, sum_2_1_2, number_2,
-        otherwise_7[6], otherwise_8[6], otherwise_9[6], otherwise_10[6], otherwise_11[6], otherwise_12[6];
+    REAL sum[6], sum_2[3], sum_2_0, sum_2_1, number, otherwise[6], common, common_2, sum_3[6], sum_4[3], sum_2_0_2,
+        sum_2_1_2, number_2, otherwise_2[6];
     NAME(step_between_sum_start)(sum, sum_2, &sum_2_0, &sum_2_1);
     NAME(step_between_common)(scale, reach, &common, &common_2);
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, rows + i, &number);
         NAME(step_between_otherwise_start)(otherwise);
-        NAME(step_between_otherwise_start)(otherwise_2);
-        NAME(step_between_otherwise_start)(otherwise_3);
-        NAME(step_between_otherwise_start)(otherwise_4);
-        NAME(step_between_otherwise_start)(otherwise_5);
-        NAME(step_between_otherwise_start)(otherwise_6);
         NAME(step_between_sum)(motor, sum, sum_2, sum_2_0, sum_2_1, points + 6 * i, squares[i],
-            number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise,
-            number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise_2,
-            number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise_3,
-            number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise_4,
-            number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise_5,
-            number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise_6, common, common_2, sum, sum_2,
+            number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise, common, common_2, sum, sum_2,
             &sum_2_0, &sum_2_1);
     }
     NAME(step_between_sum_start)(sum_3, sum_4, &sum_2_0_2, &sum_2_1_2);
     for (intptr_t i = 0; i < k; i++) {
         COPY(1, other_rows + i, &number_2);
-        NAME(step_between_otherwise_start)(otherwise_7);
-        NAME(step_between_otherwise_start)(otherwise_8);
-        NAME(step_between_otherwise_start)(otherwise_9);
-        NAME(step_between_otherwise_start)(otherwise_10);
-        NAME(step_between_otherwise_start)(otherwise_11);
-        NAME(step_between_otherwise_start)(otherwise_12);
+        NAME(step_between_otherwise_start)(otherwise_2);
         NAME(step_between_sum_2)(motor, common, common_2, sum_3, sum_4, sum_2_0_2, sum_2_1_2, others + 6 * i,
-            other_squares[i], number_2 >= 0 && number_2 < n ? points + 6 * (intptr_t)number_2 : otherwise_7,
-            number_2 >= 0 && number_2 < n ? points + 6 * (intptr_t)number_2 : otherwise_8,
-            number_2 >= 0 && number_2 < n ? points + 6 * (intptr_t)number_2 : otherwise_9,
-            number_2 >= 0 && number_2 < n ? points + 6 * (intptr_t)number_2 : otherwise_10,
-            number_2 >= 0 && number_2 < n ? points + 6 * (intptr_t)number_2 : otherwise_11,
-            number_2 >= 0 && number_2 < n ? points + 6 * (intptr_t)number_2 : otherwise_12, sum_3, sum_4,
-            &sum_2_0_2, &sum_2_1_2);
+            other_squares[i], number_2 >= 0 && number_2 < n ? points + 6 * (intptr_t)number_2 : otherwise_2, sum_3,
+            sum_4, &sum_2_0_2, &sum_2_1_2);
     }
     NAME(step_between_result)(motor, sum, sum_2, sum_2_0, sum_2_1, sum_3, sum_4, sum_2_0_2, sum_2_1_2, out_0, out_1,
         out_2, NULL);
@@ -1515,24 +1380,22 @@ static INLINE void NAME(normals_on_lines_sum_start)(REAL *sum)
 }
 
 static INLINE void NAME(normals_on_lines_sum)(const REAL *motor, const REAL *rules, const REAL *sum, const REAL
-    *points, REAL square, const REAL *picked, const REAL *picked_6, const REAL *picked_7, REAL *sum_out)
+    *points, REAL square, const REAL *targets, REAL *sum_out)
 {
     const REAL motor_1 = motor[0], motor_e12 = motor[1];
     const REAL rules_0 = rules[0], rules_1 = rules[1], rules_2 = rules[2];
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2];
     const REAL points_0 = points[0], points_1 = points[1], points_2 = points[2], points_3 = points[3],
         points_5 = points[5];
-    const REAL picked_2 = picked[2];
-    const REAL picked_6_3 = picked_6[3];
-    const REAL picked_7_5 = picked_7[5];
+    const REAL targets_2 = targets[2], targets_3 = targets[3], targets_5 = targets[5];
     const REAL t0 = motor_e12 * (REAL)2;
     const REAL t1 = (REAL)1 - motor_e12 * t0;
     const REAL t2 = motor_1 * t0;
     const REAL t3 = points_2 * t1 + points_3 * t2;
     const REAL t4 = points_2 * t2 - points_3 * t1;
-    const REAL t5 = LESS(rules_1, picked_2 * t3 - picked_6_3 * t4) * LESS(square, rules_0);
+    const REAL t5 = LESS(rules_1, targets_2 * t3 - targets_3 * t4) * LESS(square, rules_0);
     const REAL t6 = SQRT(points_0 * points_0 + points_1 * points_1) / rules_2;
-    const REAL t7 = MINIMUM((REAL)1, t6) * (EQUAL(picked_7_5, (REAL)1) * (EQUAL(points_5, (REAL)1) * t5));
+    const REAL t7 = MINIMUM((REAL)1, t6) * (EQUAL(targets_5, (REAL)1) * (EQUAL(points_5, (REAL)1) * t5));
     const REAL t8 = t3 * t7;
     sum_out[0] = sum_0 + t3 * t8;
     sum_out[1] = sum_1 - t4 * t8;
@@ -1559,21 +1422,13 @@ void NAME(normals_on_lines)(intptr_t n, intptr_t m, const REAL *motor, const REA
     const REAL *rows, const REAL *targets, const REAL *rules, REAL *out, REAL *work)
 {
     (void)work;
-    REAL sum[3], number, otherwise[6], otherwise_2[6], otherwise_3[6], otherwise_4[6], otherwise_5[6],
-        otherwise_6[6];
+    REAL sum[3], number, otherwise[6];
     NAME(normals_on_lines_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, rows + i, &number);
         NAME(step_between_otherwise_start)(otherwise);
-        NAME(step_between_otherwise_start)(otherwise_2);
-        NAME(step_between_otherwise_start)(otherwise_3);
-        NAME(step_between_otherwise_start)(otherwise_4);
-        NAME(step_between_otherwise_start)(otherwise_5);
-        NAME(step_between_otherwise_start)(otherwise_6);
         NAME(normals_on_lines_sum)(motor, rules, sum, points + 6 * i, squares[i],
-            number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise_3,
-            number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise_4,
-            number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise_6, sum);
+            number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise, sum);
     }
     NAME(normals_on_lines_result)(sum, out);
 }
@@ -1799,21 +1654,17 @@ static INLINE void NAME(sum_of_place_scores_common_3)(const REAL *motor, const R
     common[1] = points_1 - (REAL)2 * (motor_1 * t0 + motor_e12 * t1);
 }
 
-static INLINE void NAME(sum_of_place_scores_best)(REAL best_0, REAL best_1, REAL entry, const REAL *picked, const
-    REAL *picked_5, const REAL *picked_6, const REAL *picked_7, const REAL *picked_8, const REAL *common, REAL
-    *best_0_out, REAL *best_1_out)
+static INLINE void NAME(sum_of_place_scores_best)(REAL best_0, REAL best_1, REAL entry, const REAL *segments, const
+    REAL *common, REAL *best_0_out, REAL *best_1_out)
 {
-    const REAL picked_0 = picked[0];
-    const REAL picked_5_1 = picked_5[1];
-    const REAL picked_6_2 = picked_6[2];
-    const REAL picked_7_3 = picked_7[3];
-    const REAL picked_8_4 = picked_8[4];
+    const REAL segments_0 = segments[0], segments_1 = segments[1], segments_2 = segments[2],
+        segments_3 = segments[3], segments_4 = segments[4];
     const REAL common_e20 = common[0], common_e01 = common[1];
-    const REAL t0 = common_e01 - picked_5_1;
-    const REAL t1 = common_e20 - picked_0;
-    const REAL t2 = ABS(picked_6_2 * t0 - picked_7_3 * t1) - picked_8_4;
+    const REAL t0 = common_e01 - segments_1;
+    const REAL t1 = common_e20 - segments_0;
+    const REAL t2 = ABS(segments_2 * t0 - segments_3 * t1) - segments_4;
     const REAL t3 = MAXIMUM(t2, (REAL)0);
-    const REAL t4 = picked_6_2 * t1 + picked_7_3 * t0;
+    const REAL t4 = segments_2 * t1 + segments_3 * t0;
     const REAL t5 = t4 * t4 + t3 * t3;
     const REAL t6 = LESS(t5, best_0);
     best_0_out[0] = SELECT(t6, t5, best_0);
@@ -1891,23 +1742,19 @@ static INLINE void NAME(sum_of_place_scores_number_4)(const REAL *grid, REAL sta
 }
 
 static INLINE void NAME(sum_of_place_scores_hit)(const REAL *common, REAL common_2, REAL common_3, REAL hit, const
-    REAL *picked, const REAL *picked_5, const REAL *picked_6, const REAL *picked_7, const REAL *picked_8, REAL
-    common_4, REAL *hit_out)
+    REAL *segments, REAL common_4, REAL *hit_out)
 {
     const REAL common_e20 = common[0], common_e01 = common[1];
-    const REAL picked_0 = picked[0];
-    const REAL picked_5_1 = picked_5[1];
-    const REAL picked_6_2 = picked_6[2];
-    const REAL picked_7_3 = picked_7[3];
-    const REAL picked_8_4 = picked_8[4];
-    const REAL t0 = common_2 * picked_6_2 + common_3 * picked_7_3;
+    const REAL segments_0 = segments[0], segments_1 = segments[1], segments_2 = segments[2],
+        segments_3 = segments[3], segments_4 = segments[4];
+    const REAL t0 = common_2 * segments_2 + common_3 * segments_3;
     const REAL t1 = LESS_EQUAL(ABS(t0), (REAL)(1.0 / 1000.0));
-    const REAL t2 = picked_0 - common_e20;
-    const REAL t3 = picked_5_1 - common_e01;
-    const REAL t4 = (picked_6_2 * t2 + picked_7_3 * t3) / SELECT(t1, (REAL)1, t0);
-    const REAL t5 = ABS(picked_6_2 * (common_3 * t4 - t3) - picked_7_3 * (common_2 * t4 - t2));
-    const REAL t6 = ((REAL)1 - t1) * LESS((REAL)0, t4) * LESS(t4, common_4) * LESS_EQUAL(t5, picked_8_4);
-    const REAL t7 = LESS((REAL)0.5, picked_8_4) * t6;
+    const REAL t2 = segments_0 - common_e20;
+    const REAL t3 = segments_1 - common_e01;
+    const REAL t4 = (segments_2 * t2 + segments_3 * t3) / SELECT(t1, (REAL)1, t0);
+    const REAL t5 = ABS(segments_2 * (common_3 * t4 - t3) - segments_3 * (common_2 * t4 - t2));
+    const REAL t6 = ((REAL)1 - t1) * LESS((REAL)0, t4) * LESS(t4, common_4) * LESS_EQUAL(t5, segments_4);
+    const REAL t7 = LESS((REAL)0.5, segments_4) * t6;
     hit_out[0] = MAXIMUM(hit, t7);
 }
 
@@ -1955,12 +1802,11 @@ void NAME(sum_of_place_scores)(intptr_t n, intptr_t m, intptr_t e, intptr_t c, c
     REAL *out, REAL *work)
 {
     (void)work;
-    REAL number, otherwise, number_2, otherwise_2, best_0, best_1, first, end, number_3, otherwise_3[5],
-        otherwise_4[5], otherwise_5[5], otherwise_6[5], otherwise_7[5], common[2], state_carry_0, state_carry_1,
-        state_steps, state_converged, converged, steps, next_state_carry_0, next_state_carry_1, next_state_steps,
-        next_state_converged, number_4, common_2, common_3, common_4[2], otherwise_8, number_5, otherwise_9, hit,
-        ended, first_2, end_2, number_6, otherwise_10[5], otherwise_11[5], otherwise_12[5], otherwise_13[5],
-        otherwise_14[5], common_5, common_6, common_7, common_8, common_9;
+    REAL number, otherwise, number_2, best_0, best_1, first, end, number_3, otherwise_2[5], common[2],
+        state_carry_0, state_carry_1, state_steps, state_converged, converged, steps, next_state_carry_0,
+        next_state_carry_1, next_state_steps, next_state_converged, number_4, common_2, common_3, common_4[2],
+        otherwise_3, number_5, hit, ended, first_2, end_2, number_6, otherwise_4[5], common_5, common_6, common_7,
+        common_8, common_9;
     NAME(straight_bounds_sum_start)(out);
     NAME(sum_of_place_scores_common)(motor, common_4);
     NAME(sum_of_place_scores_common_2)(motor, grid, &common_7, &common_8);
@@ -1969,25 +1815,16 @@ void NAME(sum_of_place_scores)(intptr_t n, intptr_t m, intptr_t e, intptr_t c, c
         NAME(sum_of_place_scores_number)(motor, grid, points + 2 * i, &number);
         NAME(straight_bounds_sum_start)(&otherwise);
         NAME(sum_of_place_scores_number_2)(motor, grid, points + 2 * i, &number_2);
-        NAME(straight_bounds_sum_start)(&otherwise_2);
         NAME(sum_of_place_scores_best_start)(&best_0, &best_1);
         COPY(1, number >= 0 && number < c ? starts + (intptr_t)number : &otherwise, &first);
-        COPY(1, number_2 >= 0 && number_2 < c ? starts + (intptr_t)number_2 : &otherwise_2, &end);
+        COPY(1, number_2 >= 0 && number_2 < c ? starts + (intptr_t)number_2 : &otherwise, &end);
         NAME(sum_of_place_scores_common_3)(motor, points + 2 * i, common);
         for (intptr_t j = (first > 0 ? first < e ? (intptr_t)first : e : 0); j < (end > 0 ? end < e ? (intptr_t)end
             : e : 0); j++) {
             COPY(1, entries + j, &number_3);
-            NAME(straight_bounds_otherwise_start_2)(otherwise_3);
-            NAME(straight_bounds_otherwise_start_2)(otherwise_4);
-            NAME(straight_bounds_otherwise_start_2)(otherwise_5);
-            NAME(straight_bounds_otherwise_start_2)(otherwise_6);
-            NAME(straight_bounds_otherwise_start_2)(otherwise_7);
+            NAME(straight_bounds_otherwise_start_2)(otherwise_2);
             NAME(sum_of_place_scores_best)(best_0, best_1, entries[j],
-                number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_3,
-                number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_4,
-                number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_5,
-                number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_6,
-                number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_7, common, &best_0,
+                number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_2, common, &best_0,
                 &best_1);
         }
         NAME(sum_of_place_scores_state_carry_start)(&state_carry_0, &state_carry_1, &state_steps, &state_converged,
@@ -1997,26 +1834,17 @@ void NAME(sum_of_place_scores)(intptr_t n, intptr_t m, intptr_t e, intptr_t c, c
         NAME(sum_of_place_scores_common_6)(points + 2 * i, common_7, common_8, &common_6);
         for (int repeats = 0; repeats < 2147483647; repeats++) {
             NAME(sum_of_place_scores_number_3)(grid, state_carry_0, common_4, common_2, common_3, &number_4);
-            NAME(straight_bounds_sum_start)(&otherwise_8);
+            NAME(straight_bounds_sum_start)(&otherwise_3);
             NAME(sum_of_place_scores_number_4)(grid, state_carry_0, common_4, common_2, common_3, &number_5);
-            NAME(straight_bounds_sum_start)(&otherwise_9);
             NAME(straight_bounds_sum_start)(&hit);
-            COPY(1, number_4 >= 0 && number_4 < c ? starts + (intptr_t)number_4 : &otherwise_8, &first_2);
-            COPY(1, number_5 >= 0 && number_5 < c ? starts + (intptr_t)number_5 : &otherwise_9, &end_2);
+            COPY(1, number_4 >= 0 && number_4 < c ? starts + (intptr_t)number_4 : &otherwise_3, &first_2);
+            COPY(1, number_5 >= 0 && number_5 < c ? starts + (intptr_t)number_5 : &otherwise_3, &end_2);
             for (intptr_t k = (first_2 > 0 ? first_2 < e ? (intptr_t)first_2 : e : 0); k < (end_2 > 0 ? end_2 < e ?
                 (intptr_t)end_2 : e : 0); k++) {
                 COPY(1, entries + k, &number_6);
-                NAME(straight_bounds_otherwise_start_2)(otherwise_10);
-                NAME(straight_bounds_otherwise_start_2)(otherwise_11);
-                NAME(straight_bounds_otherwise_start_2)(otherwise_12);
-                NAME(straight_bounds_otherwise_start_2)(otherwise_13);
-                NAME(straight_bounds_otherwise_start_2)(otherwise_14);
+                NAME(straight_bounds_otherwise_start_2)(otherwise_4);
                 NAME(sum_of_place_scores_hit)(common_4, common_2, common_3, hit,
-                    number_6 >= 0 && number_6 < m ? segments + 5 * (intptr_t)number_6 : otherwise_10,
-                    number_6 >= 0 && number_6 < m ? segments + 5 * (intptr_t)number_6 : otherwise_11,
-                    number_6 >= 0 && number_6 < m ? segments + 5 * (intptr_t)number_6 : otherwise_12,
-                    number_6 >= 0 && number_6 < m ? segments + 5 * (intptr_t)number_6 : otherwise_13,
-                    number_6 >= 0 && number_6 < m ? segments + 5 * (intptr_t)number_6 : otherwise_14, common_5,
+                    number_6 >= 0 && number_6 < m ? segments + 5 * (intptr_t)number_6 : otherwise_4, common_5,
                     &hit);
                 NAME(sum_of_place_scores_ended)(hit, &ended);
                 if (ended != 0)
@@ -2048,34 +1876,31 @@ GAC_PROCEDURE(sum_of_place_scores, ALONE)
 #define WORK_step_to_map(WORK)
 
 static INLINE void NAME(step_to_map_sum)(const REAL *motor, const REAL *sum, const REAL *sum_2_2, REAL sum_2_0, REAL
-    sum_2_1, const REAL *points, REAL best_0, const REAL *picked, const REAL *picked_5, const REAL *picked_6, const
-    REAL *picked_7, REAL common, REAL common_2, REAL *sum_out, REAL *sum_2_out, REAL *sum_2_0_out, REAL
-    *sum_2_1_out)
+    sum_2_1, const REAL *points, REAL best_0, const REAL *segments, REAL common, REAL common_2, REAL *sum_out, REAL
+    *sum_2_out, REAL *sum_2_0_out, REAL *sum_2_1_out)
 {
     const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e20 = motor[2], motor_e01 = motor[3];
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5];
     const REAL sum_2_2_0 = sum_2_2[0], sum_2_2_1 = sum_2_2[1], sum_2_2_2 = sum_2_2[2];
     const REAL points_0 = points[0], points_1 = points[1];
-    const REAL picked_0 = picked[0];
-    const REAL picked_5_1 = picked_5[1];
-    const REAL picked_6_2 = picked_6[2];
-    const REAL picked_7_3 = picked_7[3];
+    const REAL segments_0 = segments[0], segments_1 = segments[1], segments_2 = segments[2],
+        segments_3 = segments[3];
     const REAL t0 = motor_e12 * points_0 - motor_e20;
     const REAL t1 = motor_e12 * points_1 - motor_e01;
     const REAL t2 = points_0 + (REAL)2 * (motor_1 * t1 - motor_e12 * t0);
     const REAL t3 = points_1 - (REAL)2 * (motor_1 * t0 + motor_e12 * t1);
-    const REAL t4 = picked_6_2 * (t2 - picked_0) + picked_7_3 * (t3 - picked_5_1);
+    const REAL t4 = segments_2 * (t2 - segments_0) + segments_3 * (t3 - segments_1);
     const REAL t5 = (REAL)1 / ((REAL)1 + t4 * t4 / common_2);
     const REAL t6 = t5 * (LESS(best_0, common) * t5);
-    const REAL t7 = picked_7_3 * t2 - picked_6_2 * t3;
-    sum_out[0] = sum_0 + t6 * (picked_6_2 * picked_6_2);
-    sum_out[1] = sum_1 + t6 * (picked_6_2 * picked_7_3);
-    sum_out[2] = sum_2 + t6 * (picked_6_2 * t7);
-    sum_out[3] = sum_3 + t6 * (picked_7_3 * picked_7_3);
-    sum_out[4] = sum_4 + t6 * (picked_7_3 * t7);
+    const REAL t7 = segments_3 * t2 - segments_2 * t3;
+    sum_out[0] = sum_0 + t6 * (segments_2 * segments_2);
+    sum_out[1] = sum_1 + t6 * (segments_2 * segments_3);
+    sum_out[2] = sum_2 + t6 * (segments_2 * t7);
+    sum_out[3] = sum_3 + t6 * (segments_3 * segments_3);
+    sum_out[4] = sum_4 + t6 * (segments_3 * t7);
     sum_out[5] = sum_5 + t6 * (t7 * t7);
-    sum_2_out[0] = sum_2_2_0 + t6 * (picked_6_2 * t4);
-    sum_2_out[1] = sum_2_2_1 + t6 * (picked_7_3 * t4);
+    sum_2_out[0] = sum_2_2_0 + t6 * (segments_2 * t4);
+    sum_2_out[1] = sum_2_2_1 + t6 * (segments_3 * t4);
     sum_2_out[2] = sum_2_2_2 + t6 * (t4 * t7);
     sum_2_0_out[0] = sum_2_0 + t6;
     sum_2_1_out[0] = sum_2_1 + t4 * (t4 * t6);
@@ -2136,48 +1961,30 @@ static INLINE void NAME(step_to_map_within)(intptr_t n, intptr_t m, intptr_t e, 
     REAL reach, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work)
 {
     (void)work;
-    REAL sum[6], sum_2[3], sum_2_0, sum_2_1, number, otherwise, number_2, otherwise_2, best_0, best_1, first, end,
-        number_3, otherwise_3[5], otherwise_4[5], otherwise_5[5], otherwise_6[5], otherwise_7[5], common[2],
-        number_4, otherwise_8[5], otherwise_9[5], otherwise_10[5], otherwise_11[5], otherwise_12[5], common_2,
-        common_3;
+    REAL sum[6], sum_2[3], sum_2_0, sum_2_1, number, otherwise, number_2, best_0, best_1, first, end, number_3,
+        otherwise_2[5], common[2], number_4, otherwise_3[5], common_2, common_3;
     NAME(step_between_sum_start)(sum, sum_2, &sum_2_0, &sum_2_1);
     NAME(step_between_common)(scale, reach, &common_2, &common_3);
     for (intptr_t i = 0; i < n; i++) {
         NAME(sum_of_place_scores_number)(motor, grid, points + 2 * i, &number);
         NAME(straight_bounds_sum_start)(&otherwise);
         NAME(sum_of_place_scores_number_2)(motor, grid, points + 2 * i, &number_2);
-        NAME(straight_bounds_sum_start)(&otherwise_2);
         NAME(sum_of_place_scores_best_start)(&best_0, &best_1);
         COPY(1, number >= 0 && number < c ? starts + (intptr_t)number : &otherwise, &first);
-        COPY(1, number_2 >= 0 && number_2 < c ? starts + (intptr_t)number_2 : &otherwise_2, &end);
+        COPY(1, number_2 >= 0 && number_2 < c ? starts + (intptr_t)number_2 : &otherwise, &end);
         NAME(sum_of_place_scores_common_3)(motor, points + 2 * i, common);
         for (intptr_t j = (first > 0 ? first < e ? (intptr_t)first : e : 0); j < (end > 0 ? end < e ? (intptr_t)end
             : e : 0); j++) {
             COPY(1, entries + j, &number_3);
-            NAME(straight_bounds_otherwise_start_2)(otherwise_3);
-            NAME(straight_bounds_otherwise_start_2)(otherwise_4);
-            NAME(straight_bounds_otherwise_start_2)(otherwise_5);
-            NAME(straight_bounds_otherwise_start_2)(otherwise_6);
-            NAME(straight_bounds_otherwise_start_2)(otherwise_7);
+            NAME(straight_bounds_otherwise_start_2)(otherwise_2);
             NAME(sum_of_place_scores_best)(best_0, best_1, entries[j],
-                number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_3,
-                number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_4,
-                number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_5,
-                number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_6,
-                number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_7, common, &best_0,
+                number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_2, common, &best_0,
                 &best_1);
         }
         COPY(1, &best_1, &number_4);
-        NAME(straight_bounds_otherwise_start_2)(otherwise_8);
-        NAME(straight_bounds_otherwise_start_2)(otherwise_9);
-        NAME(straight_bounds_otherwise_start_2)(otherwise_10);
-        NAME(straight_bounds_otherwise_start_2)(otherwise_11);
-        NAME(straight_bounds_otherwise_start_2)(otherwise_12);
+        NAME(straight_bounds_otherwise_start_2)(otherwise_3);
         NAME(step_to_map_sum)(motor, sum, sum_2, sum_2_0, sum_2_1, points + 2 * i, best_0,
-            number_4 >= 0 && number_4 < m ? segments + 5 * (intptr_t)number_4 : otherwise_8,
-            number_4 >= 0 && number_4 < m ? segments + 5 * (intptr_t)number_4 : otherwise_9,
-            number_4 >= 0 && number_4 < m ? segments + 5 * (intptr_t)number_4 : otherwise_10,
-            number_4 >= 0 && number_4 < m ? segments + 5 * (intptr_t)number_4 : otherwise_11, common_2, common_3,
+            number_4 >= 0 && number_4 < m ? segments + 5 * (intptr_t)number_4 : otherwise_3, common_2, common_3,
             sum, sum_2, &sum_2_0, &sum_2_1);
     }
     NAME(step_to_map_result)(motor, sum, sum_2, sum_2_0, sum_2_1, out_0, out_1, out_2, NULL);

@@ -2,7 +2,7 @@
 // command: gac generate --all mapping
 // spec: a0037dfc809f4953
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: d0ff061b0cb9439ef6764d28e48c8bbe59498d1a72412203d1baf7441df14a8c
+// body: 84bffa65952ced14ab2901ffbd2c96c8fa379d057984e055901925451b41bf70
 /* mapping
    Laser scans in the plane: lines of runs of points, votes for motions between scans, and their refinement.
    
@@ -159,7 +159,7 @@ int mapping_straight_bounds_rows_f32(const intptr_t *lengths, char **args, const
      out_1[n, 5]  SCALAR.
      out_2[n, 5]  SCALAR.
      out_3[n, 5]  SCALAR.
-   Costs 47 mul, 33 add, 4 div, 4 sqrt, 1 call, 64 choice for each of n; 1 mul, 1 add once.
+   Costs 47 mul, 32 add, 4 div, 4 sqrt, 1 call, 62 choice for each of n; 1 mul, 1 add once.
    Error: 0.6 ulp of the largest coefficient, 64 random inputs. */
 void mapping_outline_of_runs_f64(intptr_t n, const double *points, const double *sums, const double *bounds, double
     stride, double *out_0, double *out_1, double *out_2, double *out_3, double *work);
@@ -185,7 +185,7 @@ int mapping_outline_of_runs_rows_f32(const intptr_t *lengths, char **args, const
      step  SCALAR.
      reach  SCALAR.
      out[n]  SCALAR.
-   Costs 1 mul, 0 add, 1 choice once; 4 mul, 7 add, 6 choice for each of n.
+   Costs 1 mul, 0 add, 1 choice once; 4 mul, 6 add, 6 choice for each of n.
    Error: 0.0 ulp of the largest coefficient, 64 random inputs. */
 void mapping_surface_begins_f64(intptr_t n, const double *points, const double *ranges, const double *beams, double
     step, double reach, double *out, double *work);
@@ -212,7 +212,7 @@ int mapping_surface_begins_rows_f32(const intptr_t *lengths, char **args, const 
      step  SCALAR.
      rules[3]  SCALAR.
      out[n]  SCALAR.
-   Costs 2 mul, 0 add, 1 choice once; 8 mul, 15 add, 13 choice for each of n.
+   Costs 2 mul, 0 add, 1 choice once; 8 mul, 14 add, 13 choice for each of n.
    Error: 0.0 ulp of the largest coefficient, 64 random inputs. */
 void mapping_narrow_readings_f64(intptr_t n, const double *points, const double *ranges, const double *beams, double
     step, const double *rules, double *out, double *work);

@@ -7,11 +7,11 @@ in a body that depend only on outer values are moved out of the loop here. The r
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from math import prod
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..algebra.operations import Operation
@@ -24,6 +24,8 @@ from .names import Names, stem_of
 from .recorded import Compute, Record, Recorded, Source, is_constant, worth_storing
 from .rows import Leaf, Rows, RowsOf, leaves_of, packing
 from .traced import Traced, substituted
+
+Made = TypeVar("Made")
 
 
 class Inference(Protocol):
@@ -69,6 +71,7 @@ class Recorder:
         self._symbols: dict[Source, Expression] = {}
         self._stems: dict[Expression, str] = {}
         self._common: dict[tuple[Expression, int], Expression] = {}
+        self._known: dict[tuple[Any, ...], Any] = {}
         self._counters: list[str] = []
         self._names = Names()
         self._names_of_symbols = Names()
@@ -239,7 +242,7 @@ class Recorder:
         kept = [list(scope.statements) for scope in self.scopes]
         records, indices = dict(self.records), dict(self.indices)
         sources, symbols, stems = dict(self._sources), dict(self._symbols), dict(self._stems)
-        common, counters = dict(self._common), list(self._counters)
+        common, known, counters = dict(self._common), dict(self._known), list(self._counters)
         names, names_of_symbols = self._names.copy(), self._names_of_symbols.copy()
         try:
             yield
@@ -248,7 +251,7 @@ class Recorder:
                 scope.statements = statements
             self.records, self.indices = records, indices
             self._sources, self._symbols, self._stems = sources, symbols, stems
-            self._common, self._counters = common, counters
+            self._common, self._known, self._counters = common, known, counters
             self._names, self._names_of_symbols = names, names_of_symbols
 
     # Computing.
@@ -374,6 +377,14 @@ class Recorder:
         tables = self.tables(stems, (), layouts, structure)
         self.store(values, tables)
         return tables
+
+    def once(self, key: tuple[Any, ...], make: Callable[[], Made]) -> Made:
+        """Return what an equal call in the innermost scope has returned, or make it."""
+        key = (self.scopes[-1].number, *key)
+        if key not in self._known:
+            self._known[key] = make()
+        found: Made = self._known[key]
+        return found
 
     def selectable(self, rows: Rows, axis: int = 0) -> Rows:
         """Return an array whose rows along an axis can be selected: itself, or a copy if they are already selected."""

@@ -179,7 +179,7 @@ def pick(rows: Any, number: Any, otherwise: Any) -> Any:
     loop = _loop_of(recorder, where, arrays)
     if loop is not None:
         return like(rows, recorder.symbols(["picked"] * len(arrays), [array.at(loop) for array in arrays]))
-    (row,) = recorder.stored([where], ["number"], recorder.layouts_of([where]))
+    (row,) = recorder.once((where,), lambda: recorder.stored([where], ["number"], recorder.layouts_of([where])))
     found = []
     arrays = [recorder.selectable(array) for array in arrays]
     arrays = [_with_start(recorder, array, value) for array, value in zip(arrays, values, strict=True)]
@@ -226,9 +226,14 @@ def _loop_of(recorder: Recorder, number: Expression, arrays: Sequence[Rows]) -> 
 def only_row(recorder: Recorder, record: Record, arrays: Sequence[Rows], values: Sequence[Expression]) -> Record:
     """Return a table with a single row like those of another table, in which the given arrays have given values."""
     by = {array.leaf: value for array, value in zip(arrays, values, strict=True) if array.table == record.name}
-    scope = recorder.scopes[-1].number
-    name = recorder.unique("otherwise")
-    made = recorder.add(Record(name, (), record.leaves, Storage.WORK, record.shape, scope=scope))
-    recorder.otherwise.update({(name, leaf): value for leaf, value in by.items()})
-    recorder.compute([by.get(leaf, lift(0)) for leaf in made.leaves], [(Place(name), leaf) for leaf in made.leaves])
-    return made
+    chosen = tuple(by.get(leaf, lift(0)) for leaf in record.leaves)
+
+    def make() -> Record:
+        name = recorder.unique("otherwise")
+        scope = recorder.scopes[-1].number
+        made = recorder.add(Record(name, (), record.leaves, Storage.WORK, record.shape, scope=scope))
+        recorder.otherwise.update({(name, leaf): value for leaf, value in by.items()})
+        recorder.compute(chosen, [(Place(name), leaf) for leaf in made.leaves])
+        return made
+
+    return recorder.once((record.leaves, record.shape, tuple(by), chosen), make)

@@ -469,3 +469,15 @@ def test_missing_rows_along_two_axes_have_their_own_values() -> None:
     places = np.array([(0, 1), (5, 1), (1, 9), (9, 9), (-1, 0), (1, -1)], float)
     found = gacompiler.compile(picked_twice)(np.arange(6.0).reshape(2, 3), *places.T)
     assert np.array_equal(found, [[1, 3, 7, 7, 3, 7], [1, 4, 4, 4, 4, 4]])
+
+
+def test_equal_rows_are_read_once() -> None:
+    @loops(image=array(SCALAR, "n", "m"), x=SCALAR)
+    def difference(image: Any, x: Any) -> Any:
+        def at(row: Any, column: Any) -> Any:
+            return pick(pick(image, row, 0), column, 0)
+
+        return at(x, 2 * x) * at(x, 2 * x) - at(x, 2 * x + 1)
+
+    text = procedure_text(difference.procedure)
+    assert text.count("image[number, else otherwise, ") == 2 and text.endswith("number, otherwise, number_2, number_3")
