@@ -215,6 +215,8 @@ def _prepared(whole: Chain) -> Elimination | None:
 
 def _centres(zeros: NDArray[np.complex128]) -> Reals:
     """Return the points (N, 2) such that the map of `eliminated` distributes zeros (N, 16) evenly, as seen from 0."""
+    # A polynomial that vanishes, of an arm with dependent axes, has zeros that are not numbers.
+    zeros = np.nan_to_num(zeros)
     centre = np.zeros(len(zeros), complex)
     for _ in range(_MEANS):
         images = (zeros - centre[:, None]) / (1 - centre.conj()[:, None] * zeros)
