@@ -341,8 +341,9 @@ class Computed:
         return solved(self.mass_matrix(q), rest[..., None], self.largest_inertias)[..., 0]
 
     def _derivatives_by_mass_matrix(self, q: Floats, qd: Floats, tau: Floats) -> tuple[Floats, Floats, Floats]:
-        qdd = self._accelerations_by_mass_matrix(q, qd, tau)
-        return *self.inverse_dynamics_derivatives(q, qd, qdd), self._inverse_of_mass_matrix(q)
+        inverse = self._inverse_of_mass_matrix(q)
+        qdd = (inverse @ (tau - self.held(q, qd))[..., None])[..., 0]
+        return *self.inverse_dynamics_derivatives(q, qd, qdd), inverse
 
     @cached_property
     def largest_inertias(self) -> Floats:
