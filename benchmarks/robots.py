@@ -12,7 +12,7 @@ from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
-from . import inverse, markdown, pages
+from . import inverse, markdown, pages, robot_tasks
 from .libraries import installed
 from .timing import minimum_times
 
@@ -26,6 +26,8 @@ _FLOATING = {
     "g1": "g1_description/urdf/g1_29dof_rev_1_0.urdf",
     "talos": _TREE,
 }
+_COUPLED = {"panda": _ROBOTS["panda"][0], "baxter": "baxter_description/urdf/baxter.urdf"}
+"""Robots with fingers that follow others."""
 _BATCH, _LARGE = 10_000, 4_000
 _SINGLE = {
     "forward": "q",
@@ -85,6 +87,13 @@ def page(quick: bool = False) -> str:
         ),
         "",
         _floating(rounds, large // 4),
+        "## Joints that follow others\n",
+        markdown.paragraph(
+            "Single calls for robots with mimic joints, and Pinocchio's where it has them, with `mimic=True`.",
+            "It has neither forward dynamics nor derivatives of robots with such joints.",
+        ),
+        "",
+        _coupled(rounds),
         "## Inverse kinematics\n",
         markdown.paragraph(
             "All solution branches are computed, in batches.",
@@ -96,6 +105,8 @@ def page(quick: bool = False) -> str:
         _inverse(max(rounds // 4, 1), batch),
         "## Inverse kinematics beside EAIK and ssik\n",
         inverse.page(10 if quick else _COMPARED),
+        "## Tasks\n",
+        robot_tasks.page(10 if quick else _FEW),
         "## Completeness\n",
         markdown.paragraph(
             "Regular configurations that are not among the solutions for their own poses.",
@@ -204,6 +215,34 @@ def _floating(rounds: int, batch: int) -> str:
             spent = minimum_times(here, rounds, _SPAN)
             figures[method] += [
                 f"{1e6 * seconds / (batch if kind == 'batch' else 1):.3f}" for kind, seconds in spent.items()
+            ]
+    return markdown.table(("", *columns), [(f"`{method}`", *row) for method, row in figures.items()])
+
+
+def _coupled(rounds: int) -> str:
+    from algorithms.kinematics import Robot
+
+    columns: list[str] = []
+    figures: dict[str, list[str]] = {method: [] for method in _SINGLE}
+    for name, path in _COUPLED.items():
+        if not installed("pinocchio") or not _file(path).exists():
+            continue
+        import pinocchio as pin
+
+        robot = Robot.from_urdf(_file(path))
+        rows = dict(zip("qva", np.random.default_rng(0).uniform(-1, 1, (3, robot.n_joints)), strict=True))
+        theirs = _calls(pin, pin.buildModelFromUrdf(str(_file(path)), True), *rows.values())
+        columns += [name, f"{name}, Pinocchio"]
+        for method, letters in _SINGLE.items():
+            calls = {"ours": _bound(getattr(robot, method), *(rows[key] for key in letters))}
+            try:
+                theirs[method]()
+                calls["Pinocchio"] = theirs[method]
+            except RuntimeError:  # says that mimic joints are not supported
+                pass
+            spent = minimum_times(calls, rounds, _SPAN)
+            figures[method] += [
+                f"{1e6 * spent[kind]:.3f}" if kind in spent else markdown.MISSING for kind in ("ours", "Pinocchio")
             ]
     return markdown.table(("", *columns), [(f"`{method}`", *row) for method, row in figures.items()])
 

@@ -289,9 +289,12 @@ class Computed:
         """The inverse of the mass matrix, (..., m, m), from q."""
         if self._model.coupling.size:
             return _Composed(self._inverse_of_mass_matrix, self._shapes)
+        return self._bound(robots.inverse_mass_matrix, **self._heavy | self._push_tables)
+
+    @property
+    def _push_tables(self) -> dict[str, Any]:
         pushes = pushes_of(self._model)
-        tables = {entry.name: getattr(pushes, entry.name) for entry in fields(pushes)}
-        return self._bound(robots.inverse_mass_matrix, **self._heavy | tables)
+        return {entry.name: getattr(pushes, entry.name) for entry in fields(pushes)}
 
     @_BoundOnce
     def coriolis_matrix(self) -> Method:
@@ -309,6 +312,14 @@ class Computed:
         if self._model.coupling.size:
             return _Composed(self._accelerations_by_mass_matrix, self._shapes)
         return self._bound(robots.forward_dynamics, **self._heavy, inverse_ratios=divided(self._joints.ratios))
+
+    @_BoundOnce
+    def forward_dynamics_derivatives(self) -> Method:
+        """Derivatives of the forces as above, and the inverse of the mass matrix, from q, qd and tau."""
+        if self._model.coupling.size:
+            return _Composed(self._derivatives_by_mass_matrix, self._shapes)
+        tables = self._heavy | self._pair_tables | self._push_tables
+        return self._bound(robots.dynamics_derivatives, **tables, inverse_ratios=divided(self._joints.ratios))
 
     # Robots with mimic joints, whose joints accelerate together: the articulated-body algorithm does not apply.
 
@@ -328,6 +339,11 @@ class Computed:
     def _accelerations_by_mass_matrix(self, q: Floats, qd: Floats, tau: Floats) -> Floats:
         rest = tau - self.held(q, qd)
         return solved(self.mass_matrix(q), rest[..., None], self.largest_inertias)[..., 0]
+
+    def _derivatives_by_mass_matrix(self, q: Floats, qd: Floats, tau: Floats) -> tuple[Floats, Floats, Floats]:
+        inverse = self._inverse_of_mass_matrix(q)
+        qdd = (inverse @ (tau - self.held(q, qd))[..., None])[..., 0]
+        return *self.inverse_dynamics_derivatives(q, qd, qdd), inverse
 
     @cached_property
     def largest_inertias(self) -> Floats:

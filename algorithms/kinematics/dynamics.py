@@ -192,13 +192,14 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        by_q, by_qd = self.inverse_dynamics_derivatives(q, qd, self.forward_dynamics(q, qd, tau))
-        inverse = self.inverse_mass_matrix(q)
-        if by_q.ndim == inverse.ndim == 2 and len(inverse) > _SMALL:
+        attempt = self._attempts.forward_dynamics_derivatives
+        found: tuple[Reals, Reals, Reals] | None = attempt(q, qd, tau)
+        if found is None:
+            found = self._run(self._computed.forward_dynamics_derivatives, ("q", "qd", "tau"), q, qd, tau)
+        by_q, by_qd, inverse = found
+        if by_q.ndim == 2 and len(inverse) > _SMALL:
             return np.dot(-inverse, by_q), np.dot(-inverse, by_qd), inverse
-        found_by_q, found_by_qd = matrices.derivatives_of_solution(inverse, by_q, by_qd)
-        by_tau = inverse if inverse.shape == by_q.shape else np.broadcast_to(inverse, by_q.shape).copy()
-        return found_by_q, found_by_qd, by_tau
+        return *matrices.derivatives_of_solution(inverse, by_q, by_qd), inverse
 
     def inverse_dynamics_slopes(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> tuple[Reals, Reals]:
         """Return `inverse_dynamics_derivatives` under its deprecated name, with a DeprecationWarning."""

@@ -59,9 +59,7 @@ METHODS: Mapping[str, Entry] = MappingProxyType(
         "velocity": _kernel(),
         "manipulability": Entry(calls=("jacobian",)),
         "acceleration": _kernel(),
-        "forward_dynamics_derivatives": Entry(
-            calls=("inverse_mass_matrix", "inverse_dynamics_derivatives", "forward_dynamics")
-        ),
+        "forward_dynamics_derivatives": _kernel(),
         "simulate": Entry(calls=("forward_dynamics",)),
         "centroidal_momentum": _kernel(),
         "link": Entry(),

@@ -20,7 +20,7 @@ def _reflected(rotor: float, ratio: float) -> float:
     return rotor * (ratio * ratio)
 
 
-_TOOLBOX = "Robotics Toolbox for Python, models.DH"
+_TOOLBOX = "Robotics Toolbox for Python (MIT licence), models.DH"
 
 PUMA560 = Table(
     name="puma560",

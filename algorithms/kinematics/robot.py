@@ -49,7 +49,8 @@ class Robot(Simulated):
 
         With masses: puma560, stanford, ur5 and panda. Lengths only: iiwa, ur3, ur10, ur3e, ur5e, ur10e, ur16e, ur20,
         ur30, irb140, kr5, cobra600, sawyer, jaco, mico and crx10ia. Case, spaces and hyphens are ignored. The names
-        KUKA iiwa and Franka Panda are accepted, too. ``named.TABLES[name].source`` says where the numbers are from.
+        KUKA iiwa and Franka Panda are accepted, too. ``named.TABLES[name].source`` says where the numbers are from. The
+        toolbox has the MIT licence; data sheets of makers state none.
 
         Raises
         ------

@@ -11,7 +11,7 @@ from generated import pga3
 from ..arguments import Reals, real_array
 from ..elements import MOTOR, elements
 from ..precision import CONVERGED
-from .inverse.chain import chain_of
+from .inverse.chain import arm_of
 from .inverse.search import descend
 from .robot import Robot
 
@@ -94,8 +94,7 @@ def screw_motion(robot: Robot, start: ArrayLike, goal: ArrayLike, count: int) ->
     end = pga3.normalize_motor(pose.astype(float)) if pose.shape == (8,) else pga3.motor_from_matrix(pose.astype(float))
     path = pga3.interpolate_motors(robot.forward(first), end, t**3 * (10 - 15 * t + 6 * t * t))
     arm, variables = robot._arm()
-    chain = chain_of(arm.axes, tuple(kind.value == "prismatic" for kind in arm.kinds))
-    goals = pga3.motor_between_frames(arm.tool, path)
+    chain, goals = arm_of(arm).centred(pga3.motor_between_frames(arm.tool, path))
     found = np.tile(first, (count, 1))
     q = first[None, variables]
     for k in range(1, count):

@@ -1765,9 +1765,9 @@ static PyType_Spec call_spec = {
 
 /* Kernels with loops: the lengths of their arrays are inferred in each call. */
 
-#define MAX_LENGTHS 8
-#define MAX_GIVEN 40 /* Arguments and results. */
-#define MAX_TABLES 64
+#define MAX_LENGTHS 16
+#define MAX_GIVEN 64 /* Arguments and results. */
+#define MAX_TABLES 128
 #define MAX_TABLE_AXES 6
 #define MAX_FEW 512
 #define MAX_OPERATIONS 32

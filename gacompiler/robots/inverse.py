@@ -2,8 +2,9 @@
 
 Every function takes a serial `Chain`, a pose of the end effector, which is a unit motor of either sign, and the tables
 of the closed form. It returns all branches of joint variables, the discriminant of each, and the error of each: the
-largest difference between coefficients of the motor that the branch leads to and of the pose. A branch is a solution if
-its error is a rounding error.
+largest difference between coefficients of two motors. These are the pose that it leads to and the given one or, for
+parallel axes, the motion of these and the motion that the other joints leave them, which share more with the solution.
+A branch is a solution if its error is a rounding error.
 """
 
 from __future__ import annotations
@@ -70,7 +71,10 @@ def spherical_wrist(
 
     def solve(goal: Any, axes: Sequence[Any]) -> Any:
         rows = [tuple(tuple(map(exact, row)) for row in matrix) for matrix in (mix, third)]
-        return _spec.branches_of_spherical_wrist(goal, axes, _point(centre), _point(base), *rows, is_first_before_third)
+        found = _spec.branches_of_spherical_wrist(
+            goal, axes, _point(centre), _point(base), *rows, is_first_before_third
+        )
+        return found[:2]
 
     return _solved(chain, pose, solve, backwards)
 
@@ -100,9 +104,10 @@ def _solved(chain: Chain, pose: Any, solve: Callable[..., Any], backwards: bool)
         raise SpecError("inverse", "slides, or joints beside the arm or coupled", "a serial arm of revolute joints")
     axes = [line_of(*line) for line in directions_and_moments(chain)]
     goal = pose * ~motor_of(chain.tool)
-    branches, gaps, *_ = solve(~goal, [-axis for axis in reversed(axes)]) if backwards else solve(goal, axes)
+    branches, gaps, *ends = solve(~goal, [-axis for axis in reversed(axes)]) if backwards else solve(goal, axes)
     rows = [tuple(reversed(row)) if backwards else row for row in branches]
-    value = (tuple(rows), tuple(gaps), tuple(_error(pose, motor_of_variables(chain, row)) for row in rows))
+    pairs = ends[0] if ends else [(motor_of_variables(chain, row), pose) for row in rows]
+    value = (tuple(rows), tuple(gaps), tuple(_error(left, made) for made, left in pairs))
     return like(value, with_constants_folded([lift(leaf) for leaf in leaves_of(value)]))
 
 

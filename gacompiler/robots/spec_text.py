@@ -80,6 +80,15 @@ def inverse_text(function: str, tables: Mapping[str, Any], joints: Sequence[str]
     elbow = function == "elbow_circle"
     arguments, types = ("pose, elbow", "pose=PGA3.MOTOR, elbow=SCALAR") if elbow else ("pose", "pose=PGA3.MOTOR")
     given = "".join(f"        {name}={_plain(value)!r},\n" for name, value in tables.items())
+    compared = "the pose that it reaches and the given one"
+    if function == "three_parallel_axes":
+        compared = "the motion of the three joints with parallel axes and the one that the others leave them"
+    returned = wrap(
+        "Returns eight branches, the discriminant of each, and its error: the largest difference between coefficients "
+        f"of {compared}, of the sign that fits. Branches with errors above rounding are no solutions.",
+        116,
+    )
+    returns = "\n    ".join(returned)
     variables = "\n".join(wrap(f"Joint variables: {', '.join(joints)}.", 114, subsequent_indent="    "))
     return f'''
 
@@ -87,8 +96,7 @@ def inverse_text(function: str, tables: Mapping[str, Any], joints: Sequence[str]
 def inverse({arguments}):
     """All configurations that reach a pose of the end effector, a unit motor of either sign.
 
-    Returns eight branches, the discriminant of each, and its error: the largest difference between coefficients of the
-    pose that it reaches and the given one, of the sign that fits. Branches with errors above rounding are no solutions.
+    {returns}
 
     {variables}
     """

@@ -341,8 +341,9 @@ def judged(
 
     def placed(x, least, most, wish, turn, moves):
         # The atan2 of -0 and a negative number is -pi.
-        x = select(equal(x, -HALF_TURN), HALF_TURN, x)
-        return _within(x, least, most, wish, moves * turn, moves * slack)
+        turns = moves * turn
+        x = select(equal(x, -HALF_TURN), HALF_TURN * (2 * turns - 1), x)
+        return _within(x, least, most, wish, turns, moves * slack)
 
     moved = each(placed, q, low, high, wanted, turns, free)
     within = fold(lambda all_of, x, least, most: all_of * _inside(x, least, most), valid, moved, low, high)

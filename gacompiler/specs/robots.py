@@ -506,9 +506,24 @@ def forward_dynamics(
     Each joint must have its own variable. The result is NaN if a joint moves no inertia. `inverse_ratios` are the
     inverses of the ratios, but 0 for the link of a floating base, which must have an armature.
     """
-    own = own_poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = in_base(own, parents)
-    axes = each(to_parent, poses, screws)
+    frames = _frames(q, parents, variables, ratios, offsets, places, screws, turns)
+    return _accelerated(
+        frames, q, parents, ratios, coordinates, qd, tau, inertias, armature, gravity, inverse_ratios, base, freedoms,
+        trunk,
+    )[0]  # fmt: skip
+
+
+def _frames(q, parents, variables, ratios, offsets, places, screws, turns):
+    """Compute the poses and the axes of the joints in the base frame."""
+    poses = in_base(own_poses(q, variables, ratios, offsets, places, screws, turns), parents)
+    return poses, each(to_parent, poses, screws)
+
+
+def _accelerated(
+    frames, q, parents, ratios, coordinates, qd, tau, inertias, armature, gravity, inverse_ratios, base, freedoms, trunk
+):
+    """Compute `forward_dynamics`, and what its first pass gives `inverse_mass_matrix`."""
+    poses, axes = frames
     speeds = each(lambda speed, ratio: speed * ratio, gather(qd, coordinates), ratios)
     first = _twist_of_base(qd, freedoms)
     twists = scan(lambda carrier, axis, speed: carrier + speed * axis, first, axes, speeds, parents=parents)
@@ -544,7 +559,7 @@ def forward_dynamics(
     # The acceleration of the base is that relative to free fall.
     own_rate = start - upwards
     columns = each(lambda *_: (*_direction(own_rate), *_moment(own_rate)), *gather(tau, freedoms))
-    return _with_base(found, columns, freedoms, qd)
+    return _with_base(found, columns, freedoms, qd), (carried[0], momenta, sizes)
 
 
 def _factored(body):
@@ -652,16 +667,20 @@ def _without(inertia, momentum, size):
     return tuple(x - y for x, y in zip(inertia, squares, strict=True))
 
 
+PUSHES = {
+    "below": index("p"), "carriers": index("p", into="n"), "is_own": array(SCALAR, "p", shared=True),
+    "before": index("r"), "joints": index("r", into="n"), "pairs": index("r", into="p"),
+    "is_carrier": array(SCALAR, "r", shared=True), "factors": array(SCALAR, "r", shared=True),
+    "rows": index("r", into="m"), "columns": index("r", into="m"), "mirrored": index("r", into="m"),
+}  # fmt: skip
+FIRST_AND_SECOND = {name: index("s", into="m") for name in ("first_rows", "second_rows", "first_mirrored")}
+
+
 @kernel(
     q=POSITIONS, parents=PARENTS, **JOINTS, inertias=BODIES, armature=NUMBERS,
-    below=index("p"), carriers=index("p", into="n"), is_own=array(SCALAR, "p", shared=True),
-    before=index("r"), joints=index("r", into="n"), pairs=index("r", into="p"),
-    is_carrier=array(SCALAR, "r", shared=True), factors=array(SCALAR, "r", shared=True),
-    rows=index("r", into="m"), columns=index("r", into="m"), mirrored=index("r", into="m"),
-    **FORCES_ON_BASE, at_base=index("g", into="p"), moved_coordinates=index("g", into="m"),
+    **PUSHES, **FORCES_ON_BASE, at_base=index("g", into="p"), moved_coordinates=index("g", into="m"),
     moved_freedoms=index("g", 6, into="m"), moved_factors=array(SCALAR, "g", shared=True),
-    first=index("s", into="g"), second=index("s", into="g"), first_rows=index("s", into="m"),
-    second_rows=index("s", into="m"), first_mirrored=index("s", into="m"), **RATES,
+    first=index("s", into="g"), second=index("s", into="g"), **FIRST_AND_SECOND, **RATES,
 )  # fmt: skip
 def inverse_mass_matrix(
     q, parents, variables, ratios, offsets, places, screws, turns, inertias, armature,
@@ -686,15 +705,26 @@ def inverse_mass_matrix(
     on it under unit forces, ``W^T A W`` is added. The tables over g list its joints, with the inverses of their ratios,
     and those over s all pairs of them.
     """
-    own = own_poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = in_base(own, parents)
-    axes = each(to_parent, poses, screws)
+    poses, axes = _frames(q, parents, variables, ratios, offsets, places, screws, turns)
 
     def inward(carried, pose, body, axis, rotor):
         apparent = _apparent(carried, placed(body, pose), axis, rotor)
         return apparent.left, (apparent.momentum, apparent.size)
 
     left, (momenta, sizes) = accumulate(inward, _NOTHING, poses, inertias, axes, armature, parents=parents, keep=True)
+    return _pushed(
+        axes, left, momenta, sizes, below, carriers, is_own, before, joints, pairs, is_carrier, factors, rows, columns,
+        mirrored, freedoms, trunk, at_base, moved_coordinates, moved_freedoms, moved_factors,
+        first, second, first_rows, second_rows, first_mirrored, rates,
+    )  # fmt: skip
+
+
+def _pushed(
+    axes, left, momenta, sizes, below, carriers, is_own, before, joints, pairs, is_carrier, factors, rows, columns,
+    mirrored, freedoms, trunk, at_base, moved_coordinates, moved_freedoms, moved_factors,
+    first, second, first_rows, second_rows, first_mirrored, rates,
+):  # fmt: skip
+    """Compute `inverse_mass_matrix` from the articulated bodies."""
 
     def push(carried, axis, momentum, size, is_pushed):
         wrench, _ = carried
@@ -1004,9 +1034,21 @@ def inverse_dynamics_derivatives(
     The formulas are those of Singh, Russo and Wensing (*IEEE Robotics and Autom. Letters* 7:1635, 2022), whose Coriolis
     map of a body has an angular part only: ``B w = (2 w x P, N w)``.
     """
-    own = own_poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = in_base(own, parents)
-    axes = each(to_parent, poses, screws)
+    frames = _frames(q, parents, variables, ratios, offsets, places, screws, turns)
+    return _derivatives(
+        frames, q, parents, ratios, coordinates, qd, qdd, inertias, gravity,
+        lower, upper, lower_coordinates, upper_coordinates, is_strict,
+        base, freedoms, trunk, units, unit_freedoms, own_freedoms, moved, moved_coordinates, moved_freedoms,
+    )  # fmt: skip
+
+
+def _derivatives(
+    frames, q, parents, ratios, coordinates, qd, qdd, inertias, gravity,
+    lower, upper, lower_coordinates, upper_coordinates, is_strict,
+    base, freedoms, trunk, units, unit_freedoms, own_freedoms, moved, moved_coordinates, moved_freedoms,
+):  # fmt: skip
+    """Compute `inverse_dynamics_derivatives`."""
+    poses, axes = frames
     speeds = each(lambda speed, ratio: ratio * speed, gather(qd, coordinates), ratios)
     rates = each(lambda rate, ratio: ratio * rate, gather(qdd, coordinates), ratios)
 
@@ -1098,6 +1140,43 @@ def inverse_dynamics_derivatives(
     places = moved_coordinates, moved_freedoms, own_freedoms, unit_freedoms
     by_q = _with_blocks(by_q, _blocks_of_base(rows_by_q, columns_by_q, own_by_q, *places), qd)
     return by_q, _with_blocks(by_qd, _blocks_of_base(rows_by_qd, columns_by_qd, own_by_qd, *places), qd)
+
+
+@kernel(
+    q=POSITIONS, parents=PARENTS, **JOINTS, **COORDINATES, qd=VALUES, tau=VALUES, inertias=BODIES, armature=NUMBERS,
+    gravity=VECTOR, inverse_ratios=NUMBERS,
+    lower=index("u", into="n"), upper=index("u", into="n"), lower_coordinates=index("u", into="m"),
+    upper_coordinates=index("u", into="m"), is_strict=array(SCALAR, "u", shared=True), **PUSHES, **BASE, **FREEDOMS,
+    **MOVED, at_base=index("f", into="p"), moved_factors=array(SCALAR, "f", shared=True),
+    first=index("s", into="f"), second=index("s", into="f"), **FIRST_AND_SECOND,
+)  # fmt: skip
+def dynamics_derivatives(
+    q, parents, variables, ratios, offsets, places, screws, turns, coordinates, qd, tau, inertias, armature, gravity,
+    inverse_ratios, lower, upper, lower_coordinates, upper_coordinates, is_strict,
+    below, carriers, is_own, before, joints, pairs, is_carrier, factors, rows, columns, mirrored,
+    base, freedoms, trunk, units, unit_freedoms, own_freedoms, moved, moved_coordinates, moved_freedoms,
+    at_base, moved_factors, first, second, first_rows, second_rows, first_mirrored,
+):  # fmt: skip
+    """Compute `inverse_dynamics_derivatives` where joint forces are given, and `inverse_mass_matrix`: three matrices.
+
+    The tables are those of both and of `forward_dynamics`.
+    """
+    frames = _frames(q, parents, variables, ratios, offsets, places, screws, turns)
+    qdd, bodies = _accelerated(
+        frames, q, parents, ratios, coordinates, qd, tau, inertias, armature, gravity, inverse_ratios, base, freedoms,
+        trunk,
+    )  # fmt: skip
+    by_q, by_qd = _derivatives(
+        frames, q, parents, ratios, coordinates, qd, qdd, inertias, gravity,
+        lower, upper, lower_coordinates, upper_coordinates, is_strict,
+        base, freedoms, trunk, units, unit_freedoms, own_freedoms, moved, moved_coordinates, moved_freedoms,
+    )  # fmt: skip
+    inverse = _pushed(
+        frames[1], *bodies, below, carriers, is_own, before, joints, pairs, is_carrier, factors, rows, columns,
+        mirrored, freedoms, trunk, at_base, moved_coordinates, moved_freedoms, moved_factors,
+        first, second, first_rows, second_rows, first_mirrored, qd,
+    )  # fmt: skip
+    return by_q, by_qd, inverse
 
 
 def _square(rows, own_freedoms, unit_freedoms):

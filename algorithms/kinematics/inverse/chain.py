@@ -13,6 +13,7 @@ from generated import eliminations, pga3, reaching
 
 from ...arguments import Reals
 from ...precision import NEGLIGIBLE, ROOT
+from ..model import Model
 
 TOLERANCE = 1e-9
 """Tolerance for sines of angles and for distances relative to the arm's size, to detect intersecting or parallel axes.
@@ -23,6 +24,10 @@ COINCIDE = 1e-12
 
 SAME = 1e-5
 """Configurations are considered equal if their largest difference is less than this."""
+RIGHT = 2e-11
+"""Differences between the coefficients of motors up to this are not significant."""
+_ROUNDED = 2.0**-49
+"""Rounding errors of goals relative to their distance from the origin: those of eight operations."""
 ROUNDING = 1e-15
 """Errors up to this, relative to the arm's size, are rounding errors."""
 
@@ -40,10 +45,13 @@ class Chain:
         Unit lines at the zero configuration.
     slides : tuple of bool
         Which joints are prismatic.
+    blur : float
+        Rounding errors of goals far from the origin, relative to the size.
     """
 
     axes: Reals
     slides: tuple[bool, ...]
+    blur: float = 0.0
 
     def __len__(self) -> int:
         return len(self.slides)
@@ -64,6 +72,44 @@ class Chain:
         on_next = pga3.project_point_on_line(points[:-1], self.axes[1:])
         total = float(np.linalg.norm(points[:-1] - on_next, axis=-1).sum() + np.linalg.norm(np.ptp(points, axis=0)))
         return total if total > 0 else 1.0
+
+    @cached_property
+    def _moved(self) -> tuple[Reals, Chain] | None:
+        """The translation from the origin to the point nearest to all axes, and the chain moved back by it.
+
+        None if this point is not farther from the origin than the size of the arm, where rates of joints are not nearly
+        dependent.
+        """
+        directions, moments = pga3.line_to_direction_moment(self.axes)
+        across = np.eye(3) - directions[:, :, None] * directions[:, None]
+        point = np.linalg.lstsq(across.sum(0), np.cross(directions, moments).sum(0))[0]
+        distance = float(np.linalg.norm(point))
+        place = pga3.motor_from_twist(pga3.twist_from_velocities(np.zeros(3), point))
+        moments = np.cross(np.cross(directions, moments) - point, directions)
+        # Axes through the point have no length beside rounding errors, not a tiny one.
+        moments[np.abs(moments) <= _ROUNDED * distance] = 0.0
+        axes = pga3.line_from_direction_moment(directions, moments)
+        size = Chain(axes, self.slides).size
+        if distance <= size:
+            return None
+        return place, chain_of(axes, self.slides, self.blur + _ROUNDED * distance / size)
+
+    @property
+    def is_near(self) -> bool:
+        """Whether the arm is not farther from the origin than its size."""
+        return self._moved is None
+
+    def centred(self, goals: Reals) -> tuple[Chain, Reals]:
+        """Return the chain with its axes near the origin, and goals (N, 8), moved with it if that takes a motion."""
+        if self._moved is None:
+            return self, goals
+        place, chain = self._moved
+        return chain, pga3.motor_product(pga3.motor_relative(place, goals), place)
+
+    @property
+    def right(self) -> float:
+        """A branch is valid if the coefficients of its motor differ by less than this, lengths relative to the size."""
+        return RIGHT + self.blur
 
     @cached_property
     def ranges(self) -> Reals:
@@ -137,11 +183,11 @@ class Chain:
         keep = [j for j in range(len(self)) if j != joint]
         slides = tuple(self.slides[j] for j in keep)
         if joint == 0:
-            return chain_of(self.axes[1:], slides), pga3.motor_relative(motion, goals)
+            return chain_of(self.axes[1:], slides, self.blur), pga3.motor_relative(motion, goals)
         axes = self.axes.copy()
         if joint < len(self) - 1:
             axes[joint + 1 :] = pga3.move_line(motion, axes[joint + 1 :])
-        return chain_of(axes[keep], slides), pga3.motor_between_frames(motion, goals)
+        return chain_of(axes[keep], slides, self.blur), pga3.motor_between_frames(motion, goals)
 
 
 def paired(q: Reals, goals: Reals) -> tuple[Reals, Reals]:
@@ -149,14 +195,19 @@ def paired(q: Reals, goals: Reals) -> tuple[Reals, Reals]:
     return np.ascontiguousarray(q), np.ascontiguousarray(np.broadcast_to(goals, (*q.shape[:-1], 8)))
 
 
-def chain_of(axes: Reals, slides: tuple[bool, ...]) -> Chain:
+def chain_of(axes: Reals, slides: tuple[bool, ...], blur: float = 0.0) -> Chain:
     """Return a chain, the same object for equal arguments, so that what is computed for it once is found again."""
-    return _chain(np.ascontiguousarray(axes, float).tobytes(), slides)
+    return _chain(np.ascontiguousarray(axes, float).tobytes(), slides, blur)
 
 
 @lru_cache(maxsize=256)
-def _chain(axes: bytes, slides: tuple[bool, ...]) -> Chain:
-    return Chain(np.frombuffer(axes).reshape(-1, 6), slides)
+def _chain(axes: bytes, slides: tuple[bool, ...], blur: float) -> Chain:
+    return Chain(np.frombuffer(axes).reshape(-1, 6), slides, blur)
+
+
+def arm_of(robot: Model) -> Chain:
+    """Return the joints of a robot."""
+    return chain_of(robot.axes, tuple(kind.value == "prismatic" for kind in robot.kinds))
 
 
 def apart(a: Reals, b: Reals, slides: Reals) -> Reals:

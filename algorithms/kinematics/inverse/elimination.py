@@ -157,36 +157,24 @@ class Elimination:
     Attributes
     ----------
     whole : Chain
-        The arm. If it is farther from the origin than its size, where rates of joints are nearly dependent, then it is
-        moved such that the point nearest to its axes is the origin.
+        The arm.
     variants : tuple of Variant
         The eliminations.
-    place : array, (8,)
-        The translation that moves `whole` to the given arm.
     """
 
     whole: Chain
     variants: tuple[Variant, ...]
-    place: Reals
 
     name = "elimination"
 
     @classmethod
     def of(cls, whole: Chain) -> Elimination | None:
         """Return the elimination for an arm, or None if no variant recovers most random configurations."""
-        directions, moments = pga3.line_to_direction_moment(whole.axes)
-        across = np.eye(3) - directions[:, :, None] * directions[:, None]
-        point = np.linalg.lstsq(across.sum(0), np.cross(directions, moments).sum(0))[0]
-        place = pga3.motor_from_twist(pga3.twist_from_velocities(np.zeros(3), point))
-        near = chain_of(pga3.move_line(pga3.motor_inverse(place), whole.axes), whole.slides)
-        if np.linalg.norm(point) <= near.size:
-            return _prepared(whole, _ONE.tobytes())
-        return _prepared(near, place.tobytes())
+        return _prepared(whole)
 
     def solve(self, goals: Reals) -> Branches:
         """As in `Closed`: 16 branches, NaN for missing ones, with discriminants that are 0 for coinciding ones."""
-        moved = pga3.motor_product(pga3.motor_relative(self.place, goals), self.place)
-        return completed(self.whole, self._once, moved)
+        return completed(self.whole, self._once, goals)
 
     def _once(self, goals: Reals, attempt: int) -> tuple[Branches, Reals]:
         """Return the branches of one elimination, complete if every real zero led to a branch of its own."""
@@ -198,7 +186,7 @@ class Elimination:
 
 
 @lru_cache(maxsize=64)
-def _prepared(whole: Chain, place: bytes) -> Elimination | None:
+def _prepared(whole: Chain) -> Elimination | None:
     if len(whole) != 6:
         return None
     slides = np.array(whole.slides)
@@ -214,12 +202,12 @@ def _prepared(whole: Chain, place: bytes) -> Elimination | None:
             unsure = _TRIALS - int((apart(variant.candidates(goals)[0], q[:, None], slides) < SINGLE).any(-1).sum())
             if unsure < _TRIALS // 2:
                 # Variants of arms with a nearly special structure have zeros that cannot be distinguished.
-                complete = Elimination(whole, (variant,), _ONE)._once(goals, 0)[0].complete
+                complete = Elimination(whole, (variant,))._once(goals, 0)[0].complete
                 usable.append((unsure + int((~complete).sum()), variant))
     if not usable:
         return None
     variants = tuple(variant for _, variant in sorted(usable, key=lambda pair: pair[0]))
-    found = Elimination(whole, variants, np.frombuffer(place))
+    found = Elimination(whole, variants)
     # Inaccurate candidates may still converge when they are improved.
     lost = ~(apart(completed(whole, found._once, goals).q, q[:, None], slides) < SAME).any(-1)
     return found if lost.sum() < _TRIALS // 8 else None
@@ -227,6 +215,8 @@ def _prepared(whole: Chain, place: bytes) -> Elimination | None:
 
 def _centres(zeros: NDArray[np.complex128]) -> Reals:
     """Return the points (N, 2) such that the map of `eliminated` distributes zeros (N, 16) evenly, as seen from 0."""
+    # A polynomial that vanishes, of an arm with dependent axes, has zeros that are not numbers.
+    zeros = np.nan_to_num(zeros)
     centre = np.zeros(len(zeros), complex)
     for _ in range(_MEANS):
         images = (zeros - centre[:, None]) / (1 - centre.conj()[:, None] * zeros)

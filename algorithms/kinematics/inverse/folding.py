@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..model import Model
-from .chain import chain_of
+from .chain import arm_of
 from .closed import Backwards, SphericalWrist, Tables, ThreeParallel, closed_form
 from .redundant import ElbowCircle
 
@@ -16,7 +16,7 @@ def tables_of(robot: Model) -> tuple[str, Tables]:
     ValueError
         If there is none for the arm.
     """
-    chain = chain_of(robot.axes, tuple(kind.value == "prismatic" for kind in robot.kinds))
+    chain = arm_of(robot)
     circle, form = ElbowCircle.of(chain), closed_form(chain)
     backwards = {"backwards": True} if isinstance(form, Backwards) else {}
     if isinstance(form, Backwards):

@@ -12,7 +12,7 @@ from generated import arms, closed_arms, pga3
 
 from ...arguments import Reals, real_array
 from ..model import Model
-from .chain import Chain, chain_of, common_point, parallel
+from .chain import Chain, arm_of, common_point, parallel
 from .closed import Tables
 
 _ON_AXIS = 1e-20
@@ -95,8 +95,8 @@ _form = lru_cache(maxsize=256)(ElbowCircle.of)
 
 
 def elbow_circle(robot: Model) -> ElbowCircle:
-    """Return the closed form of a robot, or raise a `ValueError`."""
-    arm = _form(chain_of(robot.axes, tuple(kind.value == "prismatic" for kind in robot.kinds)))
+    """Return the closed form of a robot near the origin, or raise a `ValueError`."""
+    arm = _form(arm_of(robot).centred(np.eye(1, 8))[0])
     if arm is None:
         raise ValueError(
             f"{robot.name}: elbow: not an arm with spherical shoulder and wrist; expected seven revolute joints, the "

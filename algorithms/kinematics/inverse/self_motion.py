@@ -12,7 +12,7 @@ from generated import pga3
 from ...arguments import Reals, finite_number, real_array
 from ...elements import MOTOR, plain
 from ..model import Model
-from .chain import Chain, apart, chain_of
+from .chain import Chain, apart, arm_of
 from .search import REACHED, descend
 
 _STARTS = 96
@@ -52,7 +52,7 @@ def self_motions(robot: Model, pose: ArrayLike, step: float) -> tuple[SelfMotion
     size = finite_number(step, "step")
     if not 1e-4 <= size <= 0.5:
         raise ValueError(f"step: {size}; expected 1e-4 to 0.5")
-    chain = chain_of(robot.axes, tuple(kind.value == "prismatic" for kind in robot.kinds))
+    chain = arm_of(robot)
     if len(chain) != 7:
         raise ValueError(f"{robot.name}: self_motions: {len(chain)} joints; expected an arm with seven joints")
     motor = real_array(plain(pose, "pose", MOTOR), f"{robot.name}: pose")
@@ -63,7 +63,8 @@ def self_motions(robot: Model, pose: ArrayLike, step: float) -> tuple[SelfMotion
     motor = pga3.normalize_motor(motor.astype(float))
     if not np.isfinite(motor).all():
         raise ValueError(f"{robot.name}: pose: NaN, infinite or no rigid motion; expected a finite motor or matrix")
-    goal = pga3.motor_between_frames(robot.tool, motor)
+    chain, goals = chain.centred(pga3.motor_between_frames(robot.tool, motor)[None])
+    goal = goals[0]
     rng = np.random.default_rng(7)
     begin = rng.uniform(chain.ranges[:, 0], chain.ranges[:, 1], (_STARTS, len(chain)))
     q, error, _ = descend(chain, begin, np.tile(goal, (_STARTS, 1)))

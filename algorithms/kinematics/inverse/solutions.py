@@ -62,8 +62,8 @@ class Solutions:
         into the joint's limits where possible, and as close to `near` as the limits allow if `near` was given. Locked
         joints have their given values.
     valid : array of bool, (..., branches)
-        Whether the branch reaches the pose to 1e-10 of the arm's size, verified by forward kinematics. Coinciding
-        branches at singularities are all valid.
+        Whether the branch reaches the pose to 1e-10 of the arm's size, verified by forward kinematics, and to rounding
+        errors of its distance from the origin. Coinciding branches at singularities are all valid.
     status : array of int, (...)
         Values of `Status`.
     nearest : array, (..., n)

@@ -15,7 +15,7 @@ from generated import pga3, reaching
 from ...arguments import Reals, finite, real_array
 from ...elements import MOTOR, plain
 from ..model import Model
-from .chain import COINCIDE, Chain, Method, chain_of
+from .chain import COINCIDE, Chain, Method, arm_of
 from .closed import Closed, SphericalWrist, ThreeParallel, closed_form
 from .elimination import Elimination
 from .meets import GEOMETRIES, Meets
@@ -24,7 +24,7 @@ from .search import Hints, search, search_within
 from .single import MOTION, SinglePose
 from .slides import ThreeSlides, TwoSlides
 from .solutions import EVERY, FOUND, Branches, Solutions, Status
-from .validation import BLOCK, EXACT, NO_ROOT, RIGHT, ROUGH, Found, checked
+from .validation import BLOCK, EXACT, NO_ROOT, ROUGH, Found, checked
 
 _AT_LIMIT = 1e-11
 """Variables beyond a limit by rounding errors up to this are set to the limit. The pose remains valid."""
@@ -56,9 +56,8 @@ def inverse(
         is_finite &= np.isfinite(value)
     # Non-finite poses are replaced by the home pose here and marked as invalid at the end.
     poses = np.where(is_finite[:, None], goals, robot.tool)
-    goals = pga3.motor_between_frames(robot.tool, poses)
+    chain, goals = arm_of(robot).centred(pga3.motor_between_frames(robot.tool, poses))
     values = {joint: np.where(is_finite, value, 0.0) for joint, value in values.items()}
-    chain = chain_of(robot.axes, tuple(kind.value == "prismatic" for kind in robot.kinds))
     arm = _reduced(chain, goals, values)
     form = None if arm is None else elbow_circle(robot) if angles is not None else _form(arm.chain, method)
     if arm is None or form is None:
@@ -78,9 +77,12 @@ def inverse(
 
 
 def single_pose(robot: Model) -> SinglePose | None:
-    """Return what computes the branches of a single pose of a robot, or None if its poses must be searched."""
-    chain = chain_of(robot.axes, tuple(kind.value == "prismatic" for kind in robot.kinds))
-    form = _form(chain, "motors")
+    """Return what computes the branches of a single pose of a robot near the origin.
+
+    None if poses must be searched, or the robot is farther from the origin.
+    """
+    chain = arm_of(robot)
+    form = _form(chain, "motors") if chain.is_near else None
     return None if form is None else SinglePose.of(robot, chain, form, _judged_by(chain, _bounds(robot), ()))
 
 
@@ -178,6 +180,7 @@ def _reduced(chain: Chain, goals: Reals, values: Mapping[int, Reals]) -> _Reduce
                 return None
             value = value[0]
         chain, goals = chain.lock(joint, value, goals)
+    chain, goals = chain.centred(goals)
     return _Reduced(chain, goals, {joint: values[joint] for joint in sorted(values)})
 
 
@@ -214,7 +217,7 @@ def _judged_by(chain: Chain, limits: bytes, held: tuple[int, ...]) -> dict[str, 
     low, high = np.frombuffer(limits).reshape(2, -1)
     free = np.array([float(joint not in held) for joint in range(len(chain))])
     given: dict[str, Any] = {"turns": chain.tables["turns"], "free": free, "low": low, "high": high}
-    given |= {"slack": _AT_LIMIT, "right": RIGHT, "exact": EXACT, "rough": ROUGH, "no_root": NO_ROOT}
+    given |= {"slack": _AT_LIMIT, "right": chain.right, "exact": EXACT, "rough": ROUGH, "no_root": NO_ROOT}
     return {**given, "coincide": COINCIDE, "missing": np.nan}
 
 
@@ -336,6 +339,7 @@ def _form(chain: Chain, geometry: str) -> Closed | None:
 def _with_locked(chain: Chain, goals: Reals, values: Mapping[int, Reals], geometry: str, hints: Hints) -> Found:
     """Return the branches where some joints have given values, (N,) each."""
     if not values:
+        chain, goals = chain.centred(goals)
         form = _form(chain, geometry)
         if form is None:
             return checked(chain, goals, lambda motors, block: _searched(chain, motors, hints.at(block)), "search")

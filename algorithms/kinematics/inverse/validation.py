@@ -15,8 +15,6 @@ from .solutions import Branches
 
 BLOCK = 512
 """Number of poses in a block, such that the data of a block, 1 kB for each pose, fit into the second-level cache."""
-RIGHT = 2e-11
-"""A branch is valid if the coefficients of its motor differ by less than this (lengths relative to the arm's size)."""
 EXACT = 2.0**-46
 """Branches with larger errors than this, 64 rounding errors, and up to `ROUGH` are polished."""
 ROUGH, NO_ROOT = 1e-3, -1e-6
@@ -57,8 +55,8 @@ def checked(chain: Chain, goals: Reals, solve: Solver, method: str) -> Found:
         if found is None:
             found = _empty((len(goals), *q.shape[1:]), method)
         # arctan2(-0.0, x) is -pi for negative x.
-        q[q == -np.pi] = np.pi
-        valid = off <= RIGHT
+        q[(q == -np.pi) & (chain.tables["turns"] > 0)] = np.pi
+        valid = off <= chain.right
         near = (off > EXACT) & (off < ROUGH) & (gap > NO_ROOT)
         loose = (off >= ROUGH) & (np.abs(gap) <= COINCIDE) & np.isfinite(off)
         for which, errors in ((near, rough), (loose, free)):
@@ -99,13 +97,13 @@ def _approached(chain: Chain, goals: Reals, found: Found, missed: Reals) -> None
         begin[nowhere] = search(chain, goals[missed[nowhere]], _FEW)[:, 0]
     reached, _, distance = descend(chain, begin, goals[missed], _STEPS)
     # Next to singularities, or if a joint rotates freely, the goal may be reachable from elsewhere.
-    lost = ((np.abs(found.gap[missed]) <= COINCIDE).any(-1) | (distance < _SINGULAR)) & (distance > RIGHT)
+    lost = ((np.abs(found.gap[missed]) <= COINCIDE).any(-1) | (distance < _SINGULAR)) & (distance > chain.right)
     if lost.any():
         reached[lost] = search(chain, goals[missed[lost]])[:, 0]
     found.nearest[missed] = chain.wrapped(reached)
     distance = chain.distance(reached, goals[missed])
-    right = missed[distance <= RIGHT]
-    found.complete[missed[(distance > RIGHT) & (distance < _SINGULAR)]] = False
+    right = missed[distance <= chain.right]
+    found.complete[missed[(distance > chain.right) & (distance < _SINGULAR)]] = False
     found.q[right, 0], found.valid[right, 0] = found.nearest[right], True
     # The equations had no solution although the pose is reachable: this happens at singularities.
     found.gap[right, 0] = 0.0
@@ -116,7 +114,7 @@ def _polished(chain: Chain, goals: Reals, found: Found, rows: Reals, branches: R
     better, _, distance = descend(chain, q, goals[rows], _STEPS)
     improved = distance < off
     q = np.where(improved[:, None], chain.wrapped(better), q)
-    right = np.where(improved, distance, off) <= RIGHT
+    right = np.where(improved, distance, off) <= chain.right
     rows, branches, q = rows[right], branches[right], q[right]
     found.q[rows, branches], found.valid[rows, branches] = q, True
     found.nearest[rows] = found.q[rows, found.valid[rows].argmax(-1)]
@@ -136,6 +134,6 @@ def _freed(chain: Chain, goals: Reals, found: Found, rows: Reals, branches: Real
     better, _, distance = descend(chain, q[first], goals[rows], _STEPS)
     better = chain.wrapped(better)
     known = (apart(found.q[rows], better[:, None], np.array(chain.slides)) < SAME).any(-1)
-    right = (distance <= RIGHT) & ~known
+    right = (distance <= chain.right) & ~known
     rows, branches = rows[right], branches[right]
     found.q[rows, branches], found.valid[rows, branches] = better[right], True
