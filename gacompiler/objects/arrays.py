@@ -145,6 +145,10 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         def __getitem__(self, index: Any) -> Self: ...
         def __getitem__(self, index: Any) -> Any: ...
 
+    def _is_of_algebra(self, other: Any) -> bool:
+        is_equal = isinstance(other, MultivectorArray) and self.algebra == other.algebra  # whatever their names
+        return is_equal or super()._is_of_algebra(other)
+
     def _part(self, values: np.ndarray[Any, Any]) -> Any:
         return wrap(self.layout, values)
 

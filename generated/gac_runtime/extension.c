@@ -149,7 +149,7 @@ static PyTypeObject *scalar_type;
 static PyObject *double_type, *float_type;
 static NewArray new_array;
 static PyObject *word_out, *word_in_python, *word_kind, *word_power, *word_reflected_power;
-static PyObject *word_backend, *word_num_threads;
+static PyObject *word_backend, *word_num_threads, *word_equals, *word_hash;
 
 /* Python's operators on two values, the call of a value, and the operators on one, as C and Python name them. Powers
    with these exponents are operators on one value. */
@@ -294,6 +294,7 @@ struct Kind {
     PyObject *operate;
     PyObject *coefficients;
     PyObject *layout; /* What identifies the layout among those of kernels; NULL if nothing does. */
+    PyObject *keys, *fixed; /* What hashes take for blades, and a set of pairs for fixed ones; NULL if Python hashes. */
     int is_unit; /* Whether kernels take the values for arguments of unit norm without looking at their coefficients. */
     PyMemberDef *fields;
     richcmpfunc order; /* Compares by order, as the Python methods of the class do; NULL if it has none. */
@@ -573,19 +574,23 @@ static PyObject *value_vectorcall(PyObject *self, PyObject *const *args, size_t 
     return result;
 }
 
-/* Whether elements of these kinds are equal if their coefficients are. */
-static int is_comparable(const Kind *a, const Kind *b)
-{
-    return a == b || (a->layout != NULL && a->layout == b->layout && a->is_unit == b->is_unit);
-}
-
 static PyObject *value_compare(PyObject *a, PyObject *b, int how)
 {
     if (how != Py_EQ && how != Py_NE && is_value(a) && ((Value *)a)->kind->order != NULL)
         return ((Value *)a)->kind->order(a, b, how);
-    if ((how != Py_EQ && how != Py_NE) || !is_value(a) || !is_value(b) ||
-        !is_comparable(((Value *)a)->kind, ((Value *)b)->kind))
+    if ((how != Py_EQ && how != Py_NE) || !is_value(a) || b == Py_None)
         Py_RETURN_NOTIMPLEMENTED;
+    const Kind *left = ((Value *)a)->kind, *right = is_value(b) ? ((Value *)b)->kind : NULL;
+    if (right != left && (left->layout == NULL || right == NULL || left->layout != right->layout)) {
+        if (left->layout == NULL || (right != NULL && right->layout == NULL))
+            Py_RETURN_NOTIMPLEMENTED;
+        PyObject *found = PyObject_CallMethodOneArg(a, word_equals, b);
+        if (found == NULL || found == Py_NotImplemented || how == Py_EQ)
+            return found;
+        PyObject *differs = PyBool_Check(found) ? PyBool_FromLong(found == Py_False) : PyNumber_Invert(found);
+        Py_DECREF(found);
+        return differs;
+    }
     int same = 1;
     for (Py_ssize_t k = 0; k < Py_SIZE(a); k++)
         same &= ((Value *)a)->x[k] == ((Value *)b)->x[k];
@@ -594,21 +599,33 @@ static PyObject *value_compare(PyObject *a, PyObject *b, int how)
 
 static Py_hash_t value_hash(PyObject *self)
 {
-    PyObject *tuple = PyTuple_New(Py_SIZE(self));
-    if (tuple == NULL)
-        return -1;
-    for (Py_ssize_t k = 0; k < Py_SIZE(self); k++) {
-        /* The hash of a nan depends on the identity of its object, but a value creates new objects on every access. */
-        const double x = ((Value *)self)->x[k];
-        PyObject *number = PyFloat_FromDouble(x == x ? x : 0);
-        if (number == NULL) {
-            Py_DECREF(tuple);
-            return -1;
-        }
-        PyTuple_SET_ITEM(tuple, k, number);
+    const Kind *kind = ((Value *)self)->kind;
+    const double *x = ((Value *)self)->x;
+    if (kind->keys == NULL) {
+        PyObject *found = PyObject_CallMethodNoArgs(self, word_hash);
+        const Py_hash_t hash = found == NULL ? -1 : PyLong_AsSsize_t(found);
+        Py_XDECREF(found);
+        return hash;
     }
-    const Py_hash_t hash = PyObject_Hash(tuple);
-    Py_DECREF(tuple);
+    PyObject *pairs = PyFrozenSet_New(kind->fixed);
+    int failed = pairs == NULL, is_scalar = PyTuple_GET_SIZE(kind->fixed) == 0;
+    double scalar = 0;
+    for (Py_ssize_t k = 0; k < Py_SIZE(self) && !failed; k++) {
+        if (x[k] == 0 || x[k] != x[k])
+            continue;
+        PyObject *key = PyTuple_GET_ITEM(kind->keys, k);
+        if (PyUnicode_CompareWithASCIIString(key, "1") == 0)
+            scalar = x[k];
+        else
+            is_scalar = 0;
+        PyObject *pair = Py_BuildValue("(Od)", key, __builtin_fabs(x[k]));
+        failed = pair == NULL || PySet_Add(pairs, pair) < 0;
+        Py_XDECREF(pair);
+    }
+    PyObject *hashed = failed ? NULL : is_scalar ? PyFloat_FromDouble(scalar) : Py_NewRef(pairs);
+    const Py_hash_t hash = hashed == NULL ? -1 : PyObject_Hash(hashed);
+    Py_XDECREF(hashed);
+    Py_XDECREF(pairs);
     return hash;
 }
 
@@ -667,27 +684,34 @@ static void free_kind(PyObject *capsule)
     Py_XDECREF(kind->operate);
     Py_XDECREF(kind->coefficients);
     Py_XDECREF(kind->layout);
+    Py_XDECREF(kind->keys);
+    Py_XDECREF(kind->fixed);
     PyMem_Free(kind);
 }
 
 PyDoc_STRVAR(
     adopt_doc,
-    "_adopt(index, names, operate, coefficients, layout, is_unit=True)\n--\n\n"
+    "_adopt(index, names, operate, coefficients, layout, is_unit=True, hashed=None)\n--\n\n"
     "Make this class a type of values with a coefficient for each name; `index` is its number in the module. Kernels\n"
-    "take the values as they are for arguments with the same object as `layout`, of unit norm only if `is_unit`."
+    "take the values as they are for arguments with the same object as `layout`, of unit norm only if `is_unit`.\n\n"
+    "Hashes are those of sets of pairs: `hashed` has the first entry for each coefficient, and further pairs. Without\n"
+    "it, the method `_hash` of the class is called."
 );
 
 static PyObject *value_adopt(PyObject *cls, PyObject *args)
 {
     PyTypeObject *type = (PyTypeObject *)cls;
     Py_ssize_t index;
-    PyObject *names, *operate, *coefficients, *layout = NULL;
+    PyObject *names, *operate, *coefficients, *layout = NULL, *hashed = Py_None, *keys = NULL, *fixed = NULL;
     int is_unit = 1;
     if (!PyArg_ParseTuple(
-            args, "nO!OO|Op", &index, &PyTuple_Type, &names, &operate, &coefficients, &layout, &is_unit
+            args, "nO!OO|OpO", &index, &PyTuple_Type, &names, &operate, &coefficients, &layout, &is_unit, &hashed
         ))
         return NULL;
     const Py_ssize_t size = PyTuple_GET_SIZE(names);
+    if (hashed != Py_None && (!PyArg_ParseTuple(hashed, "O!O!", &PyTuple_Type, &keys, &PyTuple_Type, &fixed) ||
+                              PyTuple_GET_SIZE(keys) != size))
+        return PyErr_Format(PyExc_TypeError, "expected a key for each coefficient, and a tuple of pairs");
     Kind *kind = PyMem_Calloc(1, sizeof(Kind));
     if (kind == NULL)
         return PyErr_NoMemory();
@@ -696,7 +720,9 @@ static PyObject *value_adopt(PyObject *cls, PyObject *args)
     kind->index = index;
     kind->operate = Py_NewRef(operate);
     kind->coefficients = Py_NewRef(coefficients);
-    kind->layout = Py_XNewRef(layout);
+    kind->layout = layout == Py_None ? NULL : Py_XNewRef(layout);
+    kind->keys = Py_XNewRef(keys);
+    kind->fixed = Py_XNewRef(fixed);
     kind->is_unit = is_unit;
     PyObject *capsule = PyCapsule_New(kind, "Kind", free_kind);
     kind->fields = PyMem_Calloc((size_t)size, sizeof(PyMemberDef));
@@ -2413,7 +2439,9 @@ PyMODINIT_FUNC INIT(void)
              (word_num_threads = PyUnicode_InternFromString("num_threads")) == NULL ||
              (word_power = PyUnicode_InternFromString("__pow__")) == NULL ||
              (word_reflected_power = PyUnicode_InternFromString("__rpow__")) == NULL ||
-             (word_kind = PyUnicode_InternFromString("_kind")) == NULL;
+             (word_kind = PyUnicode_InternFromString("_kind")) == NULL ||
+             (word_equals = PyUnicode_InternFromString("_equals")) == NULL ||
+             (word_hash = PyUnicode_InternFromString("_hash")) == NULL;
     for (int k = 0; k < N_SYMBOLS && !failed; k++)
         failed = (symbols[k] = PyUnicode_InternFromString(texts[k])) == NULL;
     Py_XDECREF(call);
