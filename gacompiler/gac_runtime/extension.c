@@ -279,7 +279,10 @@ static int is_divisor(const Operation *operation, const double *x)
     return limits[0] < size && size < limits[1] && __builtin_fabs(total) > limits[2] * size;
 }
 
-/* Memory of up to MOST_SPARE deallocated values of each kind is reused for new ones, which speeds up loops. */
+/* Operators run and are bound with the GIL: Python without it enables it when it loads this module, which does not
+   declare that it can do without. Bindings are therefore changed in place, although other threads use them.
+
+   Memory of up to MOST_SPARE deallocated values of each kind is reused for new ones, which speeds up loops. */
 #ifdef Py_GIL_DISABLED
 enum { MOST_SPARE = 0, SPARE_ROOM = 1 };
 #else
