@@ -151,8 +151,8 @@ static NewArray new_array;
 static PyObject *word_out, *word_in_python, *word_kind, *word_power, *word_reflected_power;
 static PyObject *word_backend, *word_num_threads, *word_equals, *word_hash;
 
-/* Python's operators on two values, the call of a value, and the operators on one, as C and Python name them. Powers
-   with these exponents are operators on one value. */
+/* Python's operators on two values, the call of a value, its power, and the operators on one, as C and Python name them.
+   Powers with these exponents are operators on one value. */
 #define BINARY(OPERATOR)                                                                        \
     OPERATOR(multiply, "*")                                                                     \
     OPERATOR(xor, "^")                                                                          \
@@ -174,9 +174,9 @@ static PyObject *word_backend, *word_num_threads, *word_equals, *word_hash;
 #define TWO_OPERANDS(name, text) 2,
 #define TEXT(name, text) text,
 
-enum { BINARY(SYMBOL) SYMBOL_call, UNARY(SYMBOL) POWERS(SYMBOL) N_SYMBOLS };
+enum { BINARY(SYMBOL) SYMBOL_call, SYMBOL_power, UNARY(SYMBOL) POWERS(SYMBOL) N_SYMBOLS };
 
-static const Py_ssize_t N_OPERANDS[] = {BINARY(TWO_OPERANDS) 2, UNARY(ONE_OPERAND) POWERS(ONE_OPERAND)};
+static const Py_ssize_t N_OPERANDS[] = {BINARY(TWO_OPERANDS) 2, 2, UNARY(ONE_OPERAND) POWERS(ONE_OPERAND)};
 static PyObject *symbols[N_SYMBOLS];
 
 /* Arguments that need no conversion: numbers, and arrays of one shape in C order. */
@@ -535,15 +535,28 @@ static PyObject *value_power(PyObject *a, PyObject *b, PyObject *modulus)
         Py_RETURN_NOTIMPLEMENTED;
     if (!is_value(a))
         return PyObject_CallMethodObjArgs(b, word_reflected_power, a, NULL);
+    const Kind *kind = ((Value *)a)->kind;
     if (PyLong_CheckExact(b)) {
         int overflow;
         const long exponent = PyLong_AsLongAndOverflow(b, &overflow);
-        const Kind *kind = ((Value *)a)->kind;
         const int symbol = exponent == 2 ? SYMBOL_square : exponent == 3 ? SYMBOL_cube : SYMBOL_reciprocal;
         const Operation *operation = kind->operations[symbol];
         if ((exponent == 2 || exponent == 3 || exponent == -1) && kind->n_operations[symbol] &&
             (operation->limits == NULL || is_divisor(operation, ((Value *)a)->x)))
             return run_operation(operation, ((Value *)a)->x, NULL);
+    }
+    if (PyFloat_CheckExact(b) && number_kind != NULL && number_kind->index < kind->n_operations[SYMBOL_power]) {
+        const Operation *operation = &kind->operations[SYMBOL_power][number_kind->index];
+        if (operation->function != NULL && operation->result != NULL) {
+            const double exponent = PyFloat_AS_DOUBLE(b);
+            PyObject *result = run_operation(operation, ((Value *)a)->x, &exponent);
+            double sum = 0;
+            for (Py_ssize_t k = 0; result != NULL && k < Py_SIZE(result); k++)
+                sum += ((Value *)result)->x[k];
+            if (result == NULL || sum - sum == 0)
+                return result;
+            Py_DECREF(result); /* Python reports a power that is not determined. */
+        }
     }
     /* The values of generated modules have no powers, and get here if the exponent is a value that has. */
     PyObject *power = PyObject_GetAttr((PyObject *)Py_TYPE(a), word_power);
@@ -2424,7 +2437,7 @@ static struct PyModuleDef definition = {
 /* The name contains a digest of this text, which is known only when it is compiled. */
 PyMODINIT_FUNC INIT(void)
 {
-    static const char *const texts[] = {BINARY(TEXT) "()", UNARY(TEXT) POWERS(TEXT)};
+    static const char *const texts[] = {BINARY(TEXT) "()", "**", UNARY(TEXT) POWERS(TEXT)};
     PyObject *module = PyModule_Create(&definition);
     PyObject *call = PyType_FromSpec(&call_spec), *value = PyType_FromSpec(&value_spec);
     PyObject *loops = PyType_FromSpec(&loops_spec), *drivers = Py_BuildValue(

@@ -16,6 +16,7 @@ import numpy as np
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..algebra.multivector import Multivector
 from ..algebra.operations import Kind, Operation
+from ..algebra.versors import n_vectors
 from ..errors import OperandError, ZeroDivisorError
 from ..frontend.expression import Expression
 from ..frontend.operands import own_operations
@@ -35,6 +36,7 @@ from .arrays import (
     wrap,
 )
 from .definitions import BINARY, FUNCTIONS, NORMALIZE, UNARY, Definition, power_of
+from .exponentials import MOST_VECTORS
 from .methods import Engine, curried, run_by
 from .native import extension
 from .normalizing import is_clearly_not_null, limits_of_divisor, normalized
@@ -370,6 +372,12 @@ def _bind_operation(symbol: str, definition: Definition, operands: tuple[Any, ..
         _bind(symbol, tuple(map(type, operands)), found, native and native.element, limits)
 
 
+def bind_power(x: Any, exponent: float) -> None:
+    """Let the extension run powers of unit versors of this type with exponents that are not whole."""
+    if is_single(type(x)) and n_vectors(x.layout.support) <= MOST_VECTORS:
+        _bind_operation("**", BINARY["power"], (x, single_type(SCALAR)(exponent)), b"")
+
+
 def _bind(symbol: str, types: tuple[type, ...], found: Operator, address: int | None, limits: bytes = b"") -> None:
     """Let the extension run a compiled function on objects of these types from now on."""
     if address is not None:
@@ -378,5 +386,6 @@ def _bind(symbol: str, types: tuple[type, ...], found: Operator, address: int | 
 
 
 MultivectorArray._operate = staticmethod(operate)
+MultivectorArray._bind_power = staticmethod(bind_power)
 MultivectorArray._run_operation = staticmethod(run_operation)
 run_by(Engine(apply, role_type, scalar_of))
