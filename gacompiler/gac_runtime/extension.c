@@ -151,8 +151,8 @@ static NewArray new_array;
 static PyObject *word_out, *word_in_python, *word_kind, *word_power, *word_reflected_power;
 static PyObject *word_backend, *word_num_threads, *word_equals, *word_hash;
 
-/* Python's operators on two values, the call of a value, its power, and the operators on one, as C and Python name them.
-   Powers with these exponents are operators on one value. */
+/* Python's operators on two values, the call of a value, its power, and the operators on one, as C and Python name
+   them. Powers with these exponents are operators on one value. */
 #define BINARY(OPERATOR)                                                                        \
     OPERATOR(multiply, "*")                                                                     \
     OPERATOR(xor, "^")                                                                          \
