@@ -360,7 +360,7 @@ class MotorGraph:
 
     def _append(self, *factors: Factors) -> None:
         """Add factors to the graph, all or none."""
-        self.factors += factors
+        self.factors += [each for each in factors if len(each.robust)]
 
 
 def _made(
@@ -421,7 +421,7 @@ def _twists_moved(motor: Reals) -> Reals:
 
 def _numbers(value: ArrayLike) -> Reals:
     numbers = as_given(value, "states")
-    if numbers.dtype.kind not in "iu" or numbers.ndim > 1:
+    if (numbers.dtype.kind not in "iu" and numbers.size) or numbers.ndim > 1:
         raise TypeError(f"states: shape {numbers.shape}, dtype {numbers.dtype}; expected whole numbers, one or (m,)")
     if (numbers < 0).any():
         raise ValueError(f"states: {numbers.min()}; expected numbers from 0 on")

@@ -77,7 +77,9 @@ class Fit(Judgement):
     """The best object of a kind, and whether the points determine it."""
 
     object: Any
-    """Coefficients in the layout of `generated.cga3`, or an element for elements; NaN if there is no such object."""
+    """Coefficients in the layout of `generated.cga3`, or an element for elements; NaN if there is no such object.
+
+    An array does not say to which algebra it belongs: for a plane of PGA3 fit points of PGA3."""
     residual: Reals
     """(...) The root mean square of the distances."""
     determined: Reals

@@ -77,10 +77,8 @@ def add_scans(
     chosen = np.flatnonzero(used)
     named = (("first", first), ("second", second), ("robust", robust))
     one, two, flags = (_chosen(value, name, len(every), chosen) for name, value in named)
-    if not len(chosen):
-        return used
-    motors = np.array([every[k].motor for k in chosen])
-    spread = _in_second(motors, np.array([every[k].covariance for k in chosen]))
+    motors = np.array([every[k].motor for k in chosen]).reshape(-1, 4)
+    spread = _in_second(motors, np.array([every[k].covariance for k in chosen]).reshape(-1, 3, 3))
     graph.add_flat_motions(one, two, motors, spread, mount=mount, robust=flags)
     return used
 

@@ -10,11 +10,13 @@ import math
 import operator
 import sys
 from collections.abc import Callable, Iterator
-from functools import partial
+from functools import cache, partial
+from numbers import Number
 from typing import TYPE_CHECKING, Any, NoReturn, Self
 
 import numpy as np
 
+from . import layout as layouts
 from .layout import Layout, number
 
 if TYPE_CHECKING:
@@ -61,7 +63,10 @@ def adopt(cls: Any, layout: Layout, operate: Any, coefficients: Any) -> None:
     """
     # The attributes of the class keep interned names alive, of which the extension has the addresses.
     names = tuple(sys.intern(field_of(blade)) for blade in layout.blades)
-    cls._adopt(next_index(), names, operate, coefficients, layout.identity, layout.unit)
+    fixed = [(_key(blade), abs(number(text))) for blade, text in layout.fixed if text != "implied"]
+    is_plain = not layout.implied and "1" not in dict(layout.fixed)
+    hashed = (tuple(map(_key, layout.blades)), tuple(row for row in fixed if row[1])) if is_plain else None
+    cls._adopt(next_index(), names, operate, coefficients, layout.identity, layout.unit, hashed)
     for blade, text in layout.fixed:
         if text != "implied":
             setattr(cls, field_of(blade), number(text))
@@ -69,6 +74,27 @@ def adopt(cls: Any, layout: Layout, operate: Any, coefficients: Any) -> None:
 
 def _number(k: int, x: ArrayElement) -> float:
     return float(x.values[k])
+
+
+@cache
+def _key(blade: str) -> str:
+    """Return a text that is the same for all spellings of a blade, as ``e31`` and ``e1^e3``."""
+    return "".join(sorted({*blade} - {"^"}))
+
+
+def _is_number(x: Any) -> bool:
+    """Whether this is a number or an array of numbers."""
+    return isinstance(x, Number) or (isinstance(x, np.ndarray) and x.dtype.kind in "biufc")
+
+
+def _terms(x: Any) -> dict[str, Any]:
+    """Return all coefficients of elements, or a number, by blade."""
+    if _is_number(x):
+        return {"1": x}
+    values, layout = x.stored
+    if layout.is_scalar:
+        return {"1": values[..., 0]}
+    return layouts.named(values.tolist(), layout) if values.ndim == 1 else layouts.coefficients(values, layout)
 
 
 class Element:
@@ -94,6 +120,39 @@ class Element:
     def _coefficient(self, name: str) -> Any:
         """Return the coefficient of a blade."""
         raise NotImplementedError
+
+    def _is_of_algebra(self, other: Any) -> bool:
+        """Whether other elements belong to the same algebra, as numbers do."""
+        one, two = self.stored[1], other.stored[1]
+        return one.algebra == two.algebra or bool(one.is_scalar or two.is_scalar)
+
+    def _equals(self, other: Any) -> Any:
+        """Whether elements of any layouts are equal, for each; a number is equal to an element with no other part."""
+        pair = self, other
+        elements = [x for x in pair if not _is_number(x)]
+        if not all(hasattr(type(x), "stored") for x in elements):
+            return NotImplemented
+        same: Any = self._is_of_algebra(elements[-1])
+        one, two = map(_terms, pair) if same else ({}, {})
+        algebra = next((x.algebra for x in elements if hasattr(x, "algebra") and not x.stored[1].is_scalar), None)
+        if algebra is not None and not (one.keys() <= two.keys() or two.keys() <= one.keys()):
+            # Their blades may be spelled in different ways.
+            one, two = ({algebra.blade(name)[1]: algebra.blade(name)[0] * x for name, x in each.items()}
+                        for each in (one, two))  # fmt: skip
+        for blade in {**one, **two}:
+            same = same & (one.get(blade, 0.0) == two.get(blade, 0.0))
+        shapes = [shape for x in pair if (shape := getattr(x, "shape", ()))]
+        return np.array(np.broadcast_to(same, np.broadcast_shapes(*shapes))) if shapes else bool(same)
+
+    def _hash(self) -> int:
+        """Return the hash of a single element, which depends neither on its layout nor on how its blades are spelled.
+
+        A scalar has the hash of the number. The extension computes the same for layouts without implied coefficients.
+        """
+        terms = {blade: x for blade, x in _terms(self).items() if x == x and x != 0}  # the hash of a NaN is an address
+        if terms.keys() <= {"1"}:
+            return hash(terms.get("1", 0.0))
+        return hash(frozenset([(_key(blade), abs(x)) for blade, x in terms.items()]))  # spellings differ in signs
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -218,16 +277,14 @@ class ArrayElement:
     __delattr__: Any = __setattr__
 
     def __eq__(self, other: object) -> Any:
-        """Whether all coefficients are equal, for each element; those of layouts with other coefficients never are."""
-        if not hasattr(type(other), "stored"):
-            return NotImplemented
+        """Whether elements are equal, each of an array, whatever their layouts."""
         pair: Any = self, other
-        (values, own), (others, wanted) = (each.stored for each in pair)
-        if own is not wanted and (own.identity, own.unit) != (wanted.identity, wanted.unit):
-            same: Any = np.zeros(np.broadcast_shapes(values.shape[:-1], others.shape[:-1]), bool)
-        else:
-            same = np.all(values == others, axis=-1)
-        return same if same.ndim else bool(same)
+        if hasattr(type(other), "stored"):
+            (values, own), (others, wanted) = (each.stored for each in pair)
+            if own is wanted or own.identity == wanted.identity:
+                same: Any = np.all(values == others, axis=-1)
+                return same if same.ndim else bool(same)
+        return pair[0]._equals(other)
 
     def __ne__(self, other: object) -> Any:
         found = self.__eq__(other)
@@ -236,8 +293,9 @@ class ArrayElement:
     def __hash__(self) -> int:
         if self.values.ndim != 1:
             raise TypeError("an array of multivectors is not hashable")
-        # The hash of a NaN depends on the identity of its object.
-        return hash(tuple(x if x == x else 0.0 for x in self.values.tolist()))
+        single: Any = self
+        found: int = single._hash()
+        return found
 
     def __call__(self, *operands: Any) -> Any:
         return self._operate("()", self, *operands)

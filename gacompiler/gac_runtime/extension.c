@@ -149,10 +149,10 @@ static PyTypeObject *scalar_type;
 static PyObject *double_type, *float_type;
 static NewArray new_array;
 static PyObject *word_out, *word_in_python, *word_kind, *word_power, *word_reflected_power;
-static PyObject *word_backend, *word_num_threads;
+static PyObject *word_backend, *word_num_threads, *word_equals, *word_hash;
 
-/* Python's operators on two values, the call of a value, and the operators on one, as C and Python name them. Powers
-   with these exponents are operators on one value. */
+/* Python's operators on two values, the call of a value, its power, and the operators on one, as C and Python name
+   them. Powers with these exponents are operators on one value. */
 #define BINARY(OPERATOR)                                                                        \
     OPERATOR(multiply, "*")                                                                     \
     OPERATOR(xor, "^")                                                                          \
@@ -174,9 +174,9 @@ static PyObject *word_backend, *word_num_threads;
 #define TWO_OPERANDS(name, text) 2,
 #define TEXT(name, text) text,
 
-enum { BINARY(SYMBOL) SYMBOL_call, UNARY(SYMBOL) POWERS(SYMBOL) N_SYMBOLS };
+enum { BINARY(SYMBOL) SYMBOL_call, SYMBOL_power, UNARY(SYMBOL) POWERS(SYMBOL) N_SYMBOLS };
 
-static const Py_ssize_t N_OPERANDS[] = {BINARY(TWO_OPERANDS) 2, UNARY(ONE_OPERAND) POWERS(ONE_OPERAND)};
+static const Py_ssize_t N_OPERANDS[] = {BINARY(TWO_OPERANDS) 2, 2, UNARY(ONE_OPERAND) POWERS(ONE_OPERAND)};
 static PyObject *symbols[N_SYMBOLS];
 
 /* Arguments that need no conversion: numbers, and arrays of one shape in C order. */
@@ -279,7 +279,10 @@ static int is_divisor(const Operation *operation, const double *x)
     return limits[0] < size && size < limits[1] && __builtin_fabs(total) > limits[2] * size;
 }
 
-/* Memory of up to MOST_SPARE deallocated values of each kind is reused for new ones, which speeds up loops. */
+/* Operators run and are bound with the GIL: Python without it enables it when it loads this module, which does not
+   declare that it can do without. Bindings are therefore changed in place, although other threads use them.
+
+   Memory of up to MOST_SPARE deallocated values of each kind is reused for new ones, which speeds up loops. */
 #ifdef Py_GIL_DISABLED
 enum { MOST_SPARE = 0, SPARE_ROOM = 1 };
 #else
@@ -294,6 +297,7 @@ struct Kind {
     PyObject *operate;
     PyObject *coefficients;
     PyObject *layout; /* What identifies the layout among those of kernels; NULL if nothing does. */
+    PyObject *keys, *fixed; /* What hashes take for blades, and a set of pairs for fixed ones; NULL if Python hashes. */
     int is_unit; /* Whether kernels take the values for arguments of unit norm without looking at their coefficients. */
     PyMemberDef *fields;
     richcmpfunc order; /* Compares by order, as the Python methods of the class do; NULL if it has none. */
@@ -531,15 +535,28 @@ static PyObject *value_power(PyObject *a, PyObject *b, PyObject *modulus)
         Py_RETURN_NOTIMPLEMENTED;
     if (!is_value(a))
         return PyObject_CallMethodObjArgs(b, word_reflected_power, a, NULL);
+    const Kind *kind = ((Value *)a)->kind;
     if (PyLong_CheckExact(b)) {
         int overflow;
         const long exponent = PyLong_AsLongAndOverflow(b, &overflow);
-        const Kind *kind = ((Value *)a)->kind;
         const int symbol = exponent == 2 ? SYMBOL_square : exponent == 3 ? SYMBOL_cube : SYMBOL_reciprocal;
         const Operation *operation = kind->operations[symbol];
         if ((exponent == 2 || exponent == 3 || exponent == -1) && kind->n_operations[symbol] &&
             (operation->limits == NULL || is_divisor(operation, ((Value *)a)->x)))
             return run_operation(operation, ((Value *)a)->x, NULL);
+    }
+    if (PyFloat_CheckExact(b) && number_kind != NULL && number_kind->index < kind->n_operations[SYMBOL_power]) {
+        const Operation *operation = &kind->operations[SYMBOL_power][number_kind->index];
+        if (operation->function != NULL && operation->result != NULL) {
+            const double exponent = PyFloat_AS_DOUBLE(b);
+            PyObject *result = run_operation(operation, ((Value *)a)->x, &exponent);
+            double sum = 0;
+            for (Py_ssize_t k = 0; result != NULL && k < Py_SIZE(result); k++)
+                sum += ((Value *)result)->x[k];
+            if (result == NULL || sum - sum == 0)
+                return result;
+            Py_DECREF(result); /* Python reports a power that is not determined. */
+        }
     }
     /* The values of generated modules have no powers, and get here if the exponent is a value that has. */
     PyObject *power = PyObject_GetAttr((PyObject *)Py_TYPE(a), word_power);
@@ -573,19 +590,23 @@ static PyObject *value_vectorcall(PyObject *self, PyObject *const *args, size_t 
     return result;
 }
 
-/* Whether elements of these kinds are equal if their coefficients are. */
-static int is_comparable(const Kind *a, const Kind *b)
-{
-    return a == b || (a->layout != NULL && a->layout == b->layout && a->is_unit == b->is_unit);
-}
-
 static PyObject *value_compare(PyObject *a, PyObject *b, int how)
 {
     if (how != Py_EQ && how != Py_NE && is_value(a) && ((Value *)a)->kind->order != NULL)
         return ((Value *)a)->kind->order(a, b, how);
-    if ((how != Py_EQ && how != Py_NE) || !is_value(a) || !is_value(b) ||
-        !is_comparable(((Value *)a)->kind, ((Value *)b)->kind))
+    if ((how != Py_EQ && how != Py_NE) || !is_value(a) || b == Py_None)
         Py_RETURN_NOTIMPLEMENTED;
+    const Kind *left = ((Value *)a)->kind, *right = is_value(b) ? ((Value *)b)->kind : NULL;
+    if (right != left && (left->layout == NULL || right == NULL || left->layout != right->layout)) {
+        if (left->layout == NULL || (right != NULL && right->layout == NULL))
+            Py_RETURN_NOTIMPLEMENTED;
+        PyObject *found = PyObject_CallMethodOneArg(a, word_equals, b);
+        if (found == NULL || found == Py_NotImplemented || how == Py_EQ)
+            return found;
+        PyObject *differs = PyBool_Check(found) ? PyBool_FromLong(found == Py_False) : PyNumber_Invert(found);
+        Py_DECREF(found);
+        return differs;
+    }
     int same = 1;
     for (Py_ssize_t k = 0; k < Py_SIZE(a); k++)
         same &= ((Value *)a)->x[k] == ((Value *)b)->x[k];
@@ -594,21 +615,33 @@ static PyObject *value_compare(PyObject *a, PyObject *b, int how)
 
 static Py_hash_t value_hash(PyObject *self)
 {
-    PyObject *tuple = PyTuple_New(Py_SIZE(self));
-    if (tuple == NULL)
-        return -1;
-    for (Py_ssize_t k = 0; k < Py_SIZE(self); k++) {
-        /* The hash of a nan depends on the identity of its object, but a value creates new objects on every access. */
-        const double x = ((Value *)self)->x[k];
-        PyObject *number = PyFloat_FromDouble(x == x ? x : 0);
-        if (number == NULL) {
-            Py_DECREF(tuple);
-            return -1;
-        }
-        PyTuple_SET_ITEM(tuple, k, number);
+    const Kind *kind = ((Value *)self)->kind;
+    const double *x = ((Value *)self)->x;
+    if (kind->keys == NULL) {
+        PyObject *found = PyObject_CallMethodNoArgs(self, word_hash);
+        const Py_hash_t hash = found == NULL ? -1 : PyLong_AsSsize_t(found);
+        Py_XDECREF(found);
+        return hash;
     }
-    const Py_hash_t hash = PyObject_Hash(tuple);
-    Py_DECREF(tuple);
+    PyObject *pairs = PyFrozenSet_New(kind->fixed);
+    int failed = pairs == NULL, is_scalar = PyTuple_GET_SIZE(kind->fixed) == 0;
+    double scalar = 0;
+    for (Py_ssize_t k = 0; k < Py_SIZE(self) && !failed; k++) {
+        if (x[k] == 0 || x[k] != x[k])
+            continue;
+        PyObject *key = PyTuple_GET_ITEM(kind->keys, k);
+        if (PyUnicode_CompareWithASCIIString(key, "1") == 0)
+            scalar = x[k];
+        else
+            is_scalar = 0;
+        PyObject *pair = Py_BuildValue("(Od)", key, __builtin_fabs(x[k]));
+        failed = pair == NULL || PySet_Add(pairs, pair) < 0;
+        Py_XDECREF(pair);
+    }
+    PyObject *hashed = failed ? NULL : is_scalar ? PyFloat_FromDouble(scalar) : Py_NewRef(pairs);
+    const Py_hash_t hash = hashed == NULL ? -1 : PyObject_Hash(hashed);
+    Py_XDECREF(hashed);
+    Py_XDECREF(pairs);
     return hash;
 }
 
@@ -667,27 +700,34 @@ static void free_kind(PyObject *capsule)
     Py_XDECREF(kind->operate);
     Py_XDECREF(kind->coefficients);
     Py_XDECREF(kind->layout);
+    Py_XDECREF(kind->keys);
+    Py_XDECREF(kind->fixed);
     PyMem_Free(kind);
 }
 
 PyDoc_STRVAR(
     adopt_doc,
-    "_adopt(index, names, operate, coefficients, layout, is_unit=True)\n--\n\n"
+    "_adopt(index, names, operate, coefficients, layout, is_unit=True, hashed=None)\n--\n\n"
     "Make this class a type of values with a coefficient for each name; `index` is its number in the module. Kernels\n"
-    "take the values as they are for arguments with the same object as `layout`, of unit norm only if `is_unit`."
+    "take the values as they are for arguments with the same object as `layout`, of unit norm only if `is_unit`.\n\n"
+    "Hashes are those of sets of pairs: `hashed` has the first entry for each coefficient, and further pairs. Without\n"
+    "it, the method `_hash` of the class is called."
 );
 
 static PyObject *value_adopt(PyObject *cls, PyObject *args)
 {
     PyTypeObject *type = (PyTypeObject *)cls;
     Py_ssize_t index;
-    PyObject *names, *operate, *coefficients, *layout = NULL;
+    PyObject *names, *operate, *coefficients, *layout = NULL, *hashed = Py_None, *keys = NULL, *fixed = NULL;
     int is_unit = 1;
     if (!PyArg_ParseTuple(
-            args, "nO!OO|Op", &index, &PyTuple_Type, &names, &operate, &coefficients, &layout, &is_unit
+            args, "nO!OO|OpO", &index, &PyTuple_Type, &names, &operate, &coefficients, &layout, &is_unit, &hashed
         ))
         return NULL;
     const Py_ssize_t size = PyTuple_GET_SIZE(names);
+    if (hashed != Py_None && (!PyArg_ParseTuple(hashed, "O!O!", &PyTuple_Type, &keys, &PyTuple_Type, &fixed) ||
+                              PyTuple_GET_SIZE(keys) != size))
+        return PyErr_Format(PyExc_TypeError, "expected a key for each coefficient, and a tuple of pairs");
     Kind *kind = PyMem_Calloc(1, sizeof(Kind));
     if (kind == NULL)
         return PyErr_NoMemory();
@@ -696,7 +736,9 @@ static PyObject *value_adopt(PyObject *cls, PyObject *args)
     kind->index = index;
     kind->operate = Py_NewRef(operate);
     kind->coefficients = Py_NewRef(coefficients);
-    kind->layout = Py_XNewRef(layout);
+    kind->layout = layout == Py_None ? NULL : Py_XNewRef(layout);
+    kind->keys = Py_XNewRef(keys);
+    kind->fixed = Py_XNewRef(fixed);
     kind->is_unit = is_unit;
     PyObject *capsule = PyCapsule_New(kind, "Kind", free_kind);
     kind->fields = PyMem_Calloc((size_t)size, sizeof(PyMemberDef));
@@ -2395,7 +2437,7 @@ static struct PyModuleDef definition = {
 /* The name contains a digest of this text, which is known only when it is compiled. */
 PyMODINIT_FUNC INIT(void)
 {
-    static const char *const texts[] = {BINARY(TEXT) "()", UNARY(TEXT) POWERS(TEXT)};
+    static const char *const texts[] = {BINARY(TEXT) "()", "**", UNARY(TEXT) POWERS(TEXT)};
     PyObject *module = PyModule_Create(&definition);
     PyObject *call = PyType_FromSpec(&call_spec), *value = PyType_FromSpec(&value_spec);
     PyObject *loops = PyType_FromSpec(&loops_spec), *drivers = Py_BuildValue(
@@ -2413,7 +2455,9 @@ PyMODINIT_FUNC INIT(void)
              (word_num_threads = PyUnicode_InternFromString("num_threads")) == NULL ||
              (word_power = PyUnicode_InternFromString("__pow__")) == NULL ||
              (word_reflected_power = PyUnicode_InternFromString("__rpow__")) == NULL ||
-             (word_kind = PyUnicode_InternFromString("_kind")) == NULL;
+             (word_kind = PyUnicode_InternFromString("_kind")) == NULL ||
+             (word_equals = PyUnicode_InternFromString("_equals")) == NULL ||
+             (word_hash = PyUnicode_InternFromString("_hash")) == NULL;
     for (int k = 0; k < N_SYMBOLS && !failed; k++)
         failed = (symbols[k] = PyUnicode_InternFromString(texts[k])) == NULL;
     Py_XDECREF(call);

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
         def __hash__(self) -> int: ...
         @classmethod
         def _adopt(
-            cls, index: int, names: tuple[str, ...], operate: Any, coefficients: Any, layout: Any, *is_unit: bool
+            cls, index: int, names: tuple[str, ...], operate: Any, coefficients: Any, layout: Any, *more: Any
         ) -> None: ...
 
 else:

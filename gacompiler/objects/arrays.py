@@ -125,6 +125,7 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         return self.values, plain_layout(self.layout)
 
     _run_operation: ClassVar[Callable[..., Any]]
+    _bind_power: ClassVar[Callable[..., None]]
 
     def require_unit(self, where: str) -> None:
         """Raise TypeError if ``x ~x`` differs from 1 by more than 1e-9, where a kernel takes unit elements only."""
@@ -144,6 +145,10 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         @overload
         def __getitem__(self, index: Any) -> Self: ...
         def __getitem__(self, index: Any) -> Any: ...
+
+    def _is_of_algebra(self, other: Any) -> bool:
+        is_equal = isinstance(other, MultivectorArray) and self.algebra == other.algebra  # whatever their names
+        return is_equal or super()._is_of_algebra(other)
 
     def _part(self, values: np.ndarray[Any, Any]) -> Any:
         return wrap(self.layout, values)
@@ -210,7 +215,10 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         try:
             n = operator.index(exponent)  # type: ignore[arg-type]
         except TypeError:
-            return self.power(exponent)
+            operated = self.power(exponent)
+            if type(exponent) is float and self.layout.unit and is_single(type(operated)):
+                self._bind_power(self, exponent)
+            return operated
         if n < -1:
             return (self**-1) ** -n
         if n == -1 and type(self) is ArrayMultivector:

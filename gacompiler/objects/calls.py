@@ -16,6 +16,7 @@ import numpy as np
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..algebra.multivector import Multivector
 from ..algebra.operations import Kind, Operation
+from ..algebra.versors import n_vectors
 from ..errors import OperandError, ZeroDivisorError
 from ..frontend.expression import Expression
 from ..frontend.operands import own_operations
@@ -35,6 +36,7 @@ from .arrays import (
     wrap,
 )
 from .definitions import BINARY, FUNCTIONS, NORMALIZE, UNARY, Definition, power_of
+from .exponentials import MOST_VECTORS
 from .methods import Engine, curried, run_by
 from .native import extension
 from .normalizing import is_clearly_not_null, limits_of_divisor, normalized
@@ -335,26 +337,24 @@ def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
     elif second in _NUMBERS and is_single(first):
         return OPERATORS[symbol, 2](a, single_type(SCALAR)(b))
     operands, types = ((a,), (first,)) if b is _ABSENT else ((a, b), (first, second))
-    limits = b""
     if not all(map(_is_operand, operands)):
         return NotImplemented
-    definition = SYMBOLS[symbol, len(operands)]
-    if symbol == "/" and isinstance(b, (MultivectorArray, Multivector)):
-        other: Any = b if isinstance(b, MultivectorArray) else from_exact(b)
-        if other.algebra is not SCALARS:
-            if isinstance(a, MultivectorArray) and a.algebra not in (SCALARS, other.algebra):
-                raise mixed("division", a.algebra, other.algebra)
-            limits = limits_of_divisor(other.layout) if all(map(is_single, types)) else b""
-            if other.layout.unit:
-                definition, limits = QUOTIENT, b""
-            elif limits and is_clearly_not_null(other.layout, other._numbers()):
-                definition = DIVISION
-            else:
-                return a * other.inverse()
-    elif symbol == "**-1":
-        limits = b"" if a.layout.unit else limits_of_divisor(a.layout)
+    definition, limits, can_bind = SYMBOLS[symbol, len(operands)], b"", all(map(is_single, types))
+    divisor: Any = operands[-1] if symbol in ("/", "**-1") else None
+    if isinstance(divisor, Multivector):
+        divisor = from_exact(divisor)
+    if hasattr(divisor, "layout") and (symbol == "**-1" or divisor.algebra is not SCALARS):
+        is_unit = divisor.layout.unit
+        limits = b"" if is_unit else limits_of_divisor(divisor.layout)
+        can_bind = can_bind and bool(is_unit or limits)
+        if symbol == "/":
+            if isinstance(a, MultivectorArray) and a.algebra not in (SCALARS, divisor.algebra):
+                raise mixed("division", a.algebra, divisor.algebra)
+            if not is_unit and not (can_bind and is_clearly_not_null(divisor.layout, divisor._numbers())):
+                return a * divisor.inverse()
+            definition = QUOTIENT if is_unit else DIVISION
     result = apply(definition, *operands) if symbol != "**-1" else a._inverted()
-    if extension() is not None and all(map(is_single, types)) and (symbol != "**-1" or limits or a.layout.unit):
+    if can_bind and extension() is not None:
         _bind_operation(symbol, definition, operands, limits)
     return result
 
@@ -372,6 +372,12 @@ def _bind_operation(symbol: str, definition: Definition, operands: tuple[Any, ..
         _bind(symbol, tuple(map(type, operands)), found, native and native.element, limits)
 
 
+def bind_power(x: Any, exponent: float) -> None:
+    """Let the extension run powers of unit versors of this type with exponents that are not whole."""
+    if is_single(type(x)) and n_vectors(x.layout.support) <= MOST_VECTORS:
+        _bind_operation("**", BINARY["power"], (x, single_type(SCALAR)(exponent)), b"")
+
+
 def _bind(symbol: str, types: tuple[type, ...], found: Operator, address: int | None, limits: bytes = b"") -> None:
     """Let the extension run a compiled function on objects of these types from now on."""
     if address is not None:
@@ -380,5 +386,6 @@ def _bind(symbol: str, types: tuple[type, ...], found: Operator, address: int | 
 
 
 MultivectorArray._operate = staticmethod(operate)
+MultivectorArray._bind_power = staticmethod(bind_power)
 MultivectorArray._run_operation = staticmethod(run_operation)
 run_by(Engine(apply, role_type, scalar_of))

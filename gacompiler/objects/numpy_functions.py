@@ -36,6 +36,7 @@ class NumpyFunctions:
     """Return the layout and the stored coefficients of an operand; those of numbers have no axis of blades."""
     _objects_of: ClassVar[Callable[..., tuple[Any, ...]]]
     """Return operands with exact multivectors and values of generated modules as objects."""
+    _equals: Callable[[Any], Any]
     _operate: ClassVar[Callable[..., Any]]
     """Apply a Python operator to operands that include a multivector."""
 
@@ -208,7 +209,7 @@ def _all_close(kind: NumpyFunctions, where: str, function: Any, *operands: Any, 
 
 def _array_equal(kind: NumpyFunctions, where: str, function: Any, a: Any, b: Any) -> bool:
     both = isinstance(a, NumpyFunctions) and isinstance(b, NumpyFunctions)
-    return both and a.layout == b.layout and np.array_equal(a.values, b.values)
+    return both and np.shape(a) == np.shape(b) and bool(np.all(a == b))
 
 
 def _memory(kind: NumpyFunctions, where: str, function: Any, *operands: Any) -> Any:
@@ -274,9 +275,9 @@ def joined(x: Any) -> Any:
 
 def _equal(a: Any, b: Any) -> Any:
     a, b = joined(a), joined(b)
-    if isinstance(a, NumpyFunctions) and isinstance(b, NumpyFunctions):
-        return a == b
-    return np.zeros(np.broadcast_shapes(np.shape(a), np.shape(b)), bool)[()]
+    element, other = (a, b) if isinstance(a, NumpyFunctions) else (b, a)
+    found = element._equals(other)
+    return np.zeros(np.broadcast_shapes(np.shape(a), np.shape(b)), bool)[()] if found is NotImplemented else found
 
 
 _METHODS: Mapping[np.ufunc, Callable[..., Any]] = {

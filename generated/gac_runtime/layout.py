@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 
@@ -153,13 +154,19 @@ def check_unit(where: str, name: str, off: Any, values: Any) -> None:
 
 
 def coefficients(values: Any, layout: Layout) -> dict[str, Any]:
-    """Return all coefficients by blade, including those that are fixed or implied."""
+    """Return all coefficients by blade, including those that are fixed or implied, as arrays."""
     import numpy as np
 
-    found = {blade: values[..., k] for k, blade in enumerate(layout.blades)}
+    columns = [values[..., k] for k in range(len(layout.blades))]
+    return named(columns, layout, lambda x: np.full(values.shape[:-1], x, values.dtype))
+
+
+def named(columns: Any, layout: Layout, constant: Callable[[float], Any] = float) -> dict[str, Any]:
+    """Return the same from arrays or numbers, those of each blade; `constant` converts fixed coefficients."""
+    found = dict(zip(layout.blades, columns, strict=True))
     for blade, text in layout.fixed:
         if text != "implied":
-            found[blade] = np.full(values.shape[:-1], number(text), values.dtype)
+            found[blade] = constant(number(text))
     for blade, text in layout.implied:
         products = (product.split("*") for product in text.split(" + "))
         found[blade] = sum(math.prod((found[name] for name in names), start=number(one)) for one, *names in products)

@@ -272,6 +272,10 @@ def test_values_of_other_modules_are_operands(implementations: dict[str, ModuleT
         for other in implementations.values():
             a, b = random_values(one)["Motor"], random_values(other)["Motor"]
             assert a == b and hash(a) == hash(b)
+            even = other.Even(*a.values)
+            assert a == even and even == a and hash(even) == hash(a) and a != other.Even(*(2 * a.values))
+            identity = other.Translator(*(0 * other.Translator.array(np.eye(3)).values[0]))
+            assert identity == 1 == one.Motor(1, *7 * [0]) and hash(identity) == hash(1)
             np.testing.assert_array_equal((a * b).values, (a * a).values)
             assert one.composed(a, b) == one.composed(a, a)
 

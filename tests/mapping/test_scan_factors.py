@@ -171,6 +171,9 @@ def test_what_matches_do_not_show_is_left_out() -> None:
     bad = [replace(good, status=each) for each in MappingStatus if each not in (0, MappingStatus.DEGENERATE)]
     graph = MotorGraph()
     assert not add_scans(graph, np.arange(len(bad)), 9, bad).any() and not graph.factors
+    assert add_scans(graph, [], [], []).shape == (0,) and not graph.factors
+    with pytest.raises(TypeError, match="mount"):  # also where no match is used
+        add_scans(graph, np.arange(len(bad)), 9, bad, mount=8 * ["x"])
     assert add_scans(graph, [0, 1], [1, 2], [bad[0], good]).tolist() == [False, True]
     assert repr(graph) == "MotorGraph of 3 states: 1 flat motion"
     with pytest.raises(ValueError, match="first: shape"):

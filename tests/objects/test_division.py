@@ -1,4 +1,4 @@
-"""Quotients and reciprocals of single elements, which the extension computes unless the divisor is nearly null."""
+"""Quotients, reciprocals and powers of single elements, which the extension computes unless there is none."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gacompiler.errors import ZeroDivisorError
+from gacompiler import Cl
+from gacompiler.errors import AlgebraError, ZeroDivisorError
 from gacompiler.objects import CGA3, PGA3, STA, VGA3
 from gacompiler.objects.operators import operators
 
@@ -60,3 +61,33 @@ def test_reciprocals_of_unit_versors_are_reverses() -> None:
     m = PGA3.motor([0, 0, 1], 0.5, 1.0, 2.0, 3.0)
     called_often(m)
     assert m**-1 == ~m and (m / m).isclose(1) and (m**-2).isclose(~m * ~m)
+
+
+@pytest.mark.parametrize("exponent", [0.5, -1.5, 0.0, 2.0, 1e3])
+def test_powers_of_rotations_are_those_of_their_angles(exponent: float) -> None:
+    turn, screw = VGA3.rotor([0, 0, 1], 0.75), PGA3.motor([0, 0, 1], 0.75, 0.5)
+    for _ in range(3):
+        for x in (turn, screw):
+            _ = x**0.5
+        for each in operators():
+            each.wait()
+    half = 0.375 * exponent
+    angle = np.abs((turn**exponent).values[[0, 1]])
+    np.testing.assert_allclose(angle, np.abs([np.cos(half), np.sin(half)]), rtol=0, atol=1e-12)
+    place = PGA3.coordinates(screw**exponent >> PGA3.point(1, 2, 3))
+    x, y = np.cos(2 * half) - 2 * np.sin(2 * half), np.sin(2 * half) + 2 * np.cos(2 * half)
+    np.testing.assert_allclose(place, [x, y, 3 + 0.5 * exponent], rtol=0, atol=1e-9)
+    with pytest.raises(AlgebraError, match="power"):
+        _ = turn**np.nan
+
+
+def test_powers_that_are_not_determined_are_refused_after_others() -> None:
+    space = Cl(4)
+    one = (0.3 * space.e12).exp() * (0.5 * space.e34).exp()
+    for _ in range(3):
+        assert (one**0.5 * one**0.5).isclose(one)
+        for each in operators():
+            each.wait()
+    turned = space.of(one.layout, *(name == "e1234" for name in one.layout.blades))  # by 90 degrees in any two planes
+    with pytest.raises(AlgebraError, match="power"):
+        _ = turned**0.5

@@ -61,7 +61,6 @@ ELSEWHERE = {
     "calculus.YeeBox.run": "fields of the package, and currents from a function",
     "estimation.BodyEye.pose": "of an eye that was found",
     "estimation.simulate_tracking": "a path from a function",
-    "evidence.checked_scores": "scores, which are numbers",
     "grasping.hand_from_urdf": "a file",
     "grasping.plan_grasps_in_view": "large images",
     "kinematics.FloatingRobot.inverse": "refuses all poses",
@@ -69,16 +68,11 @@ ELSEWHERE = {
     "kinematics.FloatingRobot.with_base": "refuses all bases",
     "kinematics.collisions.Obstacle.moved": "abstract",
     "kinematics.inverse.self_motions": "as Robot.self_motions",
-    "mapping.add_scans": "matches",
     "mapping.build_map": "scans",
     "mapping.simulate_following": "a localizer",
     "mapping.write_columns": "writes files",
     "registration.extract_surface": "takes long",
     "registration.register": "takes long",
-    "vision.essential_matrices": "pixels, as fundamental_matrix",
-    "vision.metric_upgrade": "a factorization",
-    "vision.motions_of_essential": "matrices (3, 3)",
-    "vision.triangulate_views": "cameras",
 }
 """Functions that are not called with other arguments, and what they take or do."""
 FOLDER = Path(__file__).parents[1]

@@ -101,6 +101,13 @@ def scan() -> mapping.Scan:
     return mapping.Scan(5 + np.cos(np.linspace(0, 12, 90)), -np.pi, np.pi / 45, 30.0)
 
 
+def matches() -> list[mapping.Match]:
+    beams = np.linspace(-np.pi / 2, np.pi / 2, 181)
+    corner = np.minimum(3 / np.maximum(np.abs(np.sin(beams)), 1e-9), 4 / np.maximum(np.cos(beams), 1e-9))
+    one = mapping.Scan(corner, -np.pi / 2, np.pi / 180, 30.0)
+    return 2 * [mapping.match_scans(one, one)]
+
+
 def plan() -> mapping.FloorPlan:
     corners = np.array([[0.0, 0], [6, 0], [6, 4], [0, 4]])
     return mapping.FloorPlan.from_walls(np.stack([corners, np.roll(corners, -1, 0)], 1))
@@ -122,6 +129,7 @@ def rectified() -> vision.Rectification:
 
 
 TRIFOCAL = vision.trifocal_tensor(*CAMERAS[:3])
+VIEWS = [vision.Camera.from_intrinsics((500, 500), (320, 240), motor) for motor in (MOTOR, MOTOR + 0.5 * np.eye(8)[4])]
 PAIR = vision.RectifiedPair(700.0, (320.0, 240.0), 2.0, 0.12)
 IMAGE = np.hypot(*(np.mgrid[:40, :50] - np.array([20, 25])[:, None, None])) < 12
 SOUND = 1 + np.cos(np.add.outer(np.arange(40.0), 0.3 * np.arange(20.0)))
@@ -147,6 +155,7 @@ FURTHER: dict[str, Callable[[], tuple[Any, ...]]] = {
     "estimation.UnscentedKalmanFilter.update": lambda: (
         estimation.UnscentedKalmanFilter([0.0, 0], np.eye(2)), np.ones(2), same, np.eye(2)
     ),
+    "evidence.checked_scores": lambda: (np.arange(6.0), 6),
     "fuzzy.FuzzySet.membership": lambda: (fuzzy.FuzzySet("low", "triangle", (0, 1, 2)), np.arange(4.0)),
     "fuzzy.Mamdani.cuts": lambda: (fuzzy.grasp_controller(), np.zeros((2, len(fuzzy.grasp_controller().inputs)))),
     "fuzzy.Mamdani.strengths": lambda: (fuzzy.grasp_controller(), np.zeros((2, len(fuzzy.grasp_controller().inputs)))),
@@ -170,6 +179,9 @@ FURTHER: dict[str, Callable[[], tuple[Any, ...]]] = {
         mapping.LineLocalizer(plan().segments, POSE, np.full(3, 1e-3)), POSE, np.full(3, 1e-3)
     ),
     "mapping.Relocator.add": lambda: (mapping.Relocator(plan().segments), scan(), POSE),
+    "mapping.add_scans": lambda: (
+        estimation.MotorGraph(), np.array([0, 1]), np.array([1, 2]), matches(), {"mount": MOTOR}
+    ),
     "mapping.fit_circle": lambda: (np.c_[np.cos(np.arange(9.0)), np.sin(np.arange(9.0))], 0.01),
     "mapping.fit_solid": lambda: (SPHERE, np.tile([1e-6, 0, 0, 1e-6, 0, 1e-6], (60, 1)), mapping.SolidKind.SPHERE),
     "mapping.follow": lambda: (mapping.PlanarPath.through(np.array([[0.0, 0], [4, 0], [4, 4]]), 0.5), POSE),
@@ -197,15 +209,19 @@ FURTHER: dict[str, Callable[[], tuple[Any, ...]]] = {
     ),
     "vision.Rectification.image": lambda: (rectified(), np.ones((20, 30)), 0),
     "vision.epipoles_of_tensor": lambda: (TRIFOCAL,),
+    "vision.essential_matrices": lambda: (*PIXELS[:2], INTRINSICS),
+    "vision.metric_upgrade": lambda: (vision.factorize(np.array(PIXELS)), np.array(PIXELS), np.array([320.0, 240])),
+    "vision.motions_of_essential": lambda: (INTRINSICS.T @ FUNDAMENTAL @ INTRINSICS,),
     "vision.objects.Scene.with_pose": lambda: (
         objects.Scene((), (objects.SceneObject("one", objects.ObjectModel.of(POINTS), MOTOR),)), "one", MOTOR
     ),
+    "vision.triangulate_views": lambda: (VIEWS, np.array([each.project(POINTS + 9) for each in VIEWS])),
     "vision.trifocal_tensor": lambda: tuple(CAMERAS[:3]),
     "wavelets.isphere_wavelet": lambda: (np.ones(3), SPHERE[:5], sphere_samples()[2]),
     "wavelets.sphere_wavelet": sphere_samples,
     "wavelets.shrink": lambda: (POINTS[:, 0], np.full(12, 0.1)),
 }  # fmt: skip
-"""As `CALLS`, of which some take time to prepare."""
+"""As `CALLS`, of which some take time to prepare; a dict at the end has keywords."""
 
 
 def key_of(name: str) -> tuple[str, str, str]:
@@ -220,6 +236,8 @@ def test_element_is_what_the_function_takes_or_refused(name: str, monkeypatch: p
     warnings.simplefilter("ignore")
     key = key_of(name)
     arguments = FURTHER[name]() if name in FURTHER else CALLS[name]
-    monkeypatch.setattr(elements_everywhere, "RECORDED", {key: [((), (arguments, {}))]})
+    named = arguments[-1] if isinstance(arguments[-1], dict) else {}
+    given = arguments[: len(arguments) - bool(named)]
+    monkeypatch.setattr(elements_everywhere, "RECORDED", {key: [((), (given, named))]})
     found = elements_everywhere.examined()
     assert not found["wrong"] and (found["pairs"].total() or found["arrays"]), found
