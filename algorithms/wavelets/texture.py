@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import Reals
-from .checks import image_stack, in_range
+from ..scaling import in_range
+from .checks import image_stack
 from .pyramid import QuaternionPyramid
 
 
