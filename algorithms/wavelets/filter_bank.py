@@ -62,16 +62,16 @@ class Taps:
     lines: tuple[Reals, ...]
 
 
-def extended(x: Reals, mode: str, before: int, after: int) -> Reals:
-    """Return signals (outer, n, inner) with numbers of the mode before and after them."""
+def extended(x: Reals, mode: str, before: int, after: int, out: Reals | None = None) -> Reals:
+    """Return signals (outer, n, inner) with numbers of the mode before and after them, if there are any, in `out`."""
     if before == after == 0:
         return x
     size = x.shape[1]
-    if x.size < SHORT:
+    if out is None and x.size < SHORT:
         places = places_of(mode, size, before, after)
         if places is not None:
             return x.take(places, 1)
-    return np.concatenate([_beyond(x, mode, -before, 0), x, _beyond(x, mode, size, size + after)], 1)
+    return np.concatenate([_beyond(x, mode, -before, 0), x, _beyond(x, mode, size, size + after)], 1, out)
 
 
 def _beyond(x: Reals, mode: str, start: int, stop: int) -> Reals:
