@@ -195,7 +195,7 @@ def _lines(size: int) -> list[tuple[str, str, Call, Call | None, float]]:
         return []
     pywt: Any = importlib.import_module("pywt")
     found: list[tuple[str, str, Call, Call | None, float]] = []
-    name, lengths = "db4", (64, 256, 4096, 65536) if size == 512 else (64, 256)
+    name, lengths = "db4", (64, 256, 4096, 16384, 65536) if size == 512 else (64, 256)
     for length in lengths:
         line = np.random.default_rng(1).normal(size=length)
         halves = pywt.dwt(line, name)
