@@ -195,7 +195,7 @@ def _lines(size: int) -> list[tuple[str, str, Call, Call | None, float]]:
         return []
     pywt: Any = importlib.import_module("pywt")
     found: list[tuple[str, str, Call, Call | None, float]] = []
-    name, lengths = "db4", (64, 256, 4096, 65536) if size == 512 else (64, 256)
+    name, lengths = "db4", (64, 256, 4096, 16384, 65536) if size == 512 else (64, 256)
     for length in lengths:
         line = np.random.default_rng(1).normal(size=length)
         halves = pywt.dwt(line, name)
@@ -220,7 +220,13 @@ def _lines(size: int) -> list[tuple[str, str, Call, Call | None, float]]:
 def _trees(
     size: int, image: np.ndarray, volume: np.ndarray, levels: int
 ) -> list[tuple[str, str, Call, Call | None, float]]:
-    """Return the cases of dual trees, beside dtcwt if it can be imported: its version 0.14 needs numpy below 2."""
+    """Return the cases of dual trees, beside dtcwt if it can be imported.
+
+    Install it with ``pip install --no-deps dtcwt``: its version 0.14 asks for numpy below 2 because of three names.
+    """
+    for name, now in (("issubsctype", np.issubdtype), ("asfarray", np.asarray), ("complex_", np.complex128)):
+        if name not in np.__dict__:
+            setattr(np, name, now)
     try:
         peer: Any = importlib.import_module("dtcwt")
     except (ImportError, AttributeError):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..arguments import Reals, as_given, finite, finite_number, real_array
 from ..evidence.noise import NORMAL
 from ..precision import TINY
+from ..scaling import in_range
 from .colour_status import ColourStatus
 from .images import Mask
 from .level_lines import level_line
@@ -106,7 +108,7 @@ def segment_colour(
     Contours of rendered spheres differ from the exact conic by 0.03 pixels (root mean square) without noise, and by
     0.05 pixels for noise of 2 % of the largest value, if the colours on both sides differ by half of it.
     """
-    array, given = _arguments(image, colour)
+    array, given, exponent = _arguments(image, colour)
     expected = None if region is None else as_given(region, "region")
     if expected is not None and (expected.dtype != bool or expected.shape != array.shape[:2]):
         raise ValueError(f"region: shape {expected.shape} of {expected.dtype}; expected {array.shape[:2]} of bool")
@@ -130,7 +132,7 @@ def segment_colour(
         classified = _classified(array, model, noise)
         labels, count = scipy.ndimage.label(classified)
         chosen, sizes = _chosen(labels, count, expected, 1.0)
-    found = replace(blank, noise=noise, sizes=np.sort(sizes)[::-1])
+    found = replace(blank, noise=math.ldexp(noise, exponent), sizes=np.sort(sizes)[::-1])
     if not chosen.size:
         return found
     large = chosen[sizes[chosen - 1] >= least]
@@ -150,7 +152,7 @@ def segment_colour(
     last = np.array(mask.shape[::-1]) - 1
     near = any((line < _BORDER).any() or (line > last - _BORDER).any() for line in contours)
     status = ColourStatus.SEVERAL if others else ColourStatus.TOUCHES_BORDER if near else ColourStatus.OK
-    median = np.median(array[mask & classified], axis=0)
+    median = np.ldexp(np.median(array[mask & classified], axis=0), exponent)
     return replace(found, status=status, mask=mask, coverage=coverage, contours=contours, colour=median)
 
 
@@ -166,22 +168,26 @@ def noise_of_image(image: Reals) -> float:
     return max(float(np.median(np.abs(second))) / (0.6745 * 6**0.5), least)
 
 
-def _arguments(image: ArrayLike, colour: ArrayLike) -> tuple[Reals, Reals]:
+def _arguments(image: ArrayLike, colour: ArrayLike) -> tuple[Reals, Reals, int]:
+    """Return the image and the colours in the range of floats, and the exponent of the power of 2 that divided both."""
     array = real_array(image, "image", (-1, -1, 3), "rows, columns, red green blue")
     if array.ndim != 3 or not array.size:
         raise ValueError(f"image: shape {array.shape}; expected (h, w, 3) with at least one pixel")
     given = finite(real_array(colour, "colour", (3,), "red green blue").astype(float), "colour").reshape(-1, 3)
-    if not len(given) or (given < 0).any() or not (given.sum(1) > 0).all():
+    if not len(given) or (given < 0).any() or not given.any(1).all() or not np.median(given, axis=0).any():
         raise ValueError(f"colour: {given.tolist()}; expected nonnegative colours that are not black")
     kind = np.asarray(image).dtype
     if kind.kind in "iu" and given.max() <= 1:
         given = given * np.iinfo(kind).max
-    return array.astype(float), given
+    divided, exponents = in_range(array.astype(float), (0, 1, 2))
+    exponent = int(exponents.item())
+    return divided, np.ldexp(given, -exponent), exponent
 
 
 def _given_model(given: Reals) -> _Model:
     direction = np.median(given, axis=0)
-    direction = direction / np.linalg.norm(direction)
+    direction = direction / direction.max()
+    direction /= np.linalg.norm(direction)
     first = np.cross(direction, np.eye(3)[np.abs(direction).argmin()])
     first /= np.linalg.norm(first)
     axes = np.array([direction, first, np.cross(direction, first)])

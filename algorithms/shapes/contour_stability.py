@@ -8,6 +8,7 @@ import numpy as np
 import scipy
 
 from ..arguments import Reals
+from ..precision import NEGLIGIBLE
 from .images import Mask
 from .level_lines import level_line
 from .objects_of_images import Object
@@ -58,7 +59,7 @@ def stability(found: Object, samples: Reals) -> Stability:
                 (scipy.ndimage.gaussian_filter(field, _BLUR), found.level)]  # fmt: skip
     mean = largest = 0.0
     for image, level in variants:
-        moved = _moved_boundary(image, level, found.mask, 1e-9 * contrast)
+        moved = _moved_boundary(image, level, found.mask, NEGLIGIBLE * contrast)
         if moved is None:
             return Stability(np.inf, np.inf, 0)
         for one, two in ((samples, moved), (moved, samples)):

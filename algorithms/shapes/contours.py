@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import cga2, shapes
 
 from ..arguments import Reals, finite, real_array
+from ..precision import NEGLIGIBLE
 from .contour_stability import Stability, stability
 from .contour_status import ContourStatus
 from .images import checked_image
@@ -142,7 +143,7 @@ def trace_contour(
     -------
     Contour
     """
-    array = checked_image(image, "image", (2,))
+    array = checked_image(image, "image", (2,), 2)
     if nodes < _FEWEST:
         raise ValueError(f"nodes: {nodes}; expected at least {_FEWEST}")
     if not tolerance > 0:
@@ -150,7 +151,8 @@ def trace_contour(
     if near is not None and not (0 <= near[0] < array.shape[0] and 0 <= near[1] < array.shape[1]):
         raise ValueError(f"near: {near} is outside of the image with shape {array.shape}")
     found = object_of(array, near)
-    field = np.where(found.mask, found.field, np.minimum(found.field, found.level - 1e-9))
+    below = found.level - NEGLIGIBLE * float(np.ptp(found.field))
+    field = np.where(found.mask, found.field, np.minimum(found.field, below))
     samples = level_line(field, found.level)
     return _contour_of(samples, nodes, tolerance, found, stability(found, samples))
 

@@ -42,7 +42,7 @@ def gradient_vector_flow(
     array, (axes, ...)
         In units of the inverse spacing.
     """
-    array = checked_image(image, "image", (2, 3)).astype(float)
+    array = checked_image(image, "image", (2, 3), 2).astype(float)
     step = checked_spacing(spacing, array.ndim)
     positive_number(sharpness, "sharpness")
     whole_number(sweeps, "sweeps")

@@ -9,7 +9,7 @@ import scipy
 from numpy.typing import NDArray
 
 from ..arguments import Reals
-from ..precision import TINY
+from ..precision import NEGLIGIBLE, TINY
 from .images import Mask
 
 _BINS = 128
@@ -40,7 +40,7 @@ def object_of(image: NDArray[Any], near: tuple[int, int] | None) -> Object:
     """
     field = image.astype(float)
     if field.min() == field.max():
-        raise ValueError(f"image: all pixels are {field.flat[0]:g}; expected an object and a background")
+        raise ValueError("image: all pixels are equal; expected an object and a background")
     is_binary = len(np.unique(field)) == 2
     if is_binary:
         field = (field > field.min()).astype(float)
@@ -61,8 +61,9 @@ def object_of(image: NDArray[Any], near: tuple[int, int] | None) -> Object:
     chosen = int(labels[near]) if near is not None else _central(labels, sizes)
     mask = scipy.ndimage.binary_fill_holes(labels == chosen)
     edge = np.concatenate([mask[0], mask[-1], mask[:, 0], mask[:, -1]])
+    small = NEGLIGIBLE * float(np.ptp(field))
     low = min(float(field.min()), 2 * level - float(field.max()))
-    return Object(mask, np.where(mask | ~inside, np.where(mask, np.maximum(field, level + 1e-9), field), low), level,
+    return Object(mask, np.where(mask | ~inside, np.where(mask, np.maximum(field, level + small), field), low), level,
                   int((sizes >= _LEAST).sum()), bool(edge.any()),
                   None if is_binary else field)  # fmt: skip
 

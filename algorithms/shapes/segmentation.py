@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -12,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, as_given, finite_number
 from ..evidence import deviation_of_most
-from .images import Mask, checked_image, checked_seeds, checked_spacing
+from .images import Mask, checked_seeds, checked_spacing, image_in_range
 from .region_growing import Region, Report, automatic_seed, depth_of, grown_region, neighbourhood, silent, window_of
 from .segment_status import SegmentStatus
 
@@ -106,12 +107,12 @@ def segment(
         If the volume is constant, not finite or too large, a seed is outside or missing, the spacing is not positive,
         or `valid` has another shape or no true element.
     """
-    image, present = _completed(volume, valid)
+    image, present, exponent = _completed(volume, valid)
     step = checked_spacing(spacing, image.ndim)
     if neck is not None and not finite_number(neck, "neck") >= 0:
         raise ValueError(f"neck: {neck}; expected a radius of at least 0")
     if image.min() == image.max():
-        raise ValueError(f"volume: all voxels are {image.flat[0]}; expected different values")
+        raise ValueError("volume: all voxels are equal; expected different values")
     report = progress if progress is not None else silent
     seeds = checked_seeds(seed, image.shape) if seed is not None else automatic_seed(image)[None]
     if present is not None and seed is not None and not present[tuple(seeds.T)].all():
@@ -122,20 +123,22 @@ def segment(
     if found is None:
         return Segment(np.zeros(image.shape, bool), SegmentStatus.NOTHING, 0.0, (np.nan, np.nan), 0.0, seeds)
     report("comparing")
+    interval = (math.ldexp(found.interval[0], exponent), math.ldexp(found.interval[1], exponent))
     mask = found.mask if present is None else found.mask & present
     if _border_share(mask) > 0.5:
-        return Segment(mask, SegmentStatus.UNBOUNDED, 0.0, found.interval, found.neck, seeds)
+        return Segment(mask, SegmentStatus.UNBOUNDED, 0.0, interval, found.neck, seeds)
     if _share(mask, seeds) < 0.5:  # The breakdown point of the median that gave the density.
-        return Segment(mask, SegmentStatus.TOO_SMALL, 0.0, found.interval, found.neck, seeds)
+        return Segment(mask, SegmentStatus.TOO_SMALL, 0.0, interval, found.neck, seeds)
     confidence = _confidence(image, found, seeds, step, neck)
     status = SegmentStatus.OK if confidence >= _AGREEMENT else SegmentStatus.AMBIGUOUS
-    return Segment(mask, status, confidence, found.interval, found.neck, seeds)
+    return Segment(mask, status, confidence, interval, found.neck, seeds)
 
 
-def _completed(volume: ArrayLike, valid: ArrayLike | None) -> tuple[Reals, Mask | None]:
-    """Return the volume with missing voxels replaced by the nearest ones, and which are present."""
+def _completed(volume: ArrayLike, valid: ArrayLike | None) -> tuple[Reals, Mask | None, int]:
+    """Return the volume as `image_in_range`, with missing voxels like the nearest ones, and which are present."""
     if valid is None:
-        return np.ascontiguousarray(checked_image(volume, "volume", (2, 3)), np.float32), None
+        image, exponent = image_in_range(volume, "volume", (2, 3))
+        return np.ascontiguousarray(image, np.float32), None, exponent
     present = as_given(valid, "valid")
     array = as_given(volume, "volume")
     if present.dtype != np.bool_ or present.shape != array.shape or not present.any():
@@ -143,9 +146,9 @@ def _completed(volume: ArrayLike, valid: ArrayLike | None) -> tuple[Reals, Mask 
             f"valid: {present.dtype}, shape {present.shape}, {np.count_nonzero(present)} true; expected bool, "
             f"{array.shape}, at least one"
         )
-    image = checked_image(np.where(present, array, array[present].flat[0]), "volume", (2, 3))
+    image, exponent = image_in_range(np.where(present, array, array[present].flat[0]), "volume", (2, 3))
     at = scipy.ndimage.distance_transform_edt(~present, return_distances=False, return_indices=True)
-    return np.ascontiguousarray(image[tuple(at)], np.float32), present
+    return np.ascontiguousarray(image[tuple(at)], np.float32), present, exponent
 
 
 def _share(mask: Mask, seeds: Reals) -> float:

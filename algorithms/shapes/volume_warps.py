@@ -7,7 +7,8 @@ import scipy
 from numpy.typing import ArrayLike
 
 from ..arguments import Reals
-from .images import checked_image
+from ..scaling import back_in_range
+from .images import image_in_range
 from .rasterising import checked_spacing
 from .sphere_matching import SphereRegistration
 
@@ -40,9 +41,10 @@ def warp_volume(
     Returns
     -------
     array
-        Booleans for booleans, otherwise numbers by linear interpolation, and 0 for what is outside of the volume.
+        Booleans for booleans, otherwise numbers by linear interpolation, and 0 for what is outside of the volume. They
+        are float32, or float64 if the numbers are far from the range of float32.
     """
-    values = checked_image(volume, "volume", (3,))
+    values, exponent = image_in_range(volume, "volume", (3,))
     edges = checked_spacing(spacing)
     others = edges if to_spacing is None else checked_spacing(to_spacing)
     if len(shape) != 3 or min(shape) < 1:
@@ -57,4 +59,6 @@ def warp_volume(
         at = np.concatenate([np.full((1, *inner.shape[1:]), i / _STEP), inner])
         sources = [scipy.ndimage.map_coordinates(places[..., axis], at, order=1, mode="nearest") for axis in range(3)]
         result[i] = scipy.ndimage.map_coordinates(values.astype(np.float32, copy=False), sources, order=1)
-    return result > 0.5 if values.dtype == np.bool_ else result
+    if values.dtype == np.bool_:
+        return result > 0.5
+    return back_in_range(result.astype(float), np.array(exponent), "volume") if exponent else result

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from generated import vga3
 
 from ..arguments import Reals, finite_number, real_array
-from .checks import back_in_range, image_stack, in_range
+from ..scaling import back_in_range, in_range
+from .checks import image_stack
 from .discrete import check_finite
 from .sharing import blocks, in_threads, slices
 

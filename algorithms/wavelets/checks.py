@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..arguments import Reals, positive_number, real_array
+from ..scaling import in_range
 from .colours import refuse_channels
 from .discrete import check_finite
 
@@ -57,35 +58,6 @@ def single_image(value: ArrayLike, name: str = "image", least: int = 1) -> Reals
     return array
 
 
-def in_range(
-    array: Reals, axes: tuple[int, ...] = (-2, -1), dtype: type[np.floating] | None = None
-) -> tuple[Reals, NDArray[np.intc]]:
-    """Scale images by powers of 2 if their largest numbers are so large or small that powers would leave the range.
-
-    Parameters
-    ----------
-    array : array, (..., M, N)
-        Finite numbers.
-    axes : tuple of int
-        The axes of one image.
-    dtype : type, optional
-        The type of the floats, if not that of `array`.
-
-    Returns
-    -------
-    array, (..., M, N)
-        The array itself if the fourth powers of the largest numbers are in the range of floats. Otherwise the images
-        are divided exactly, to largest numbers between 1/2 and 1.
-    exponents : array of int, (..., 1, 1)
-        The exponents of the powers of 2; 0 for images that were not divided.
-    """
-    limit = np.finfo(array.dtype if dtype is None else dtype).maxexp // 5
-    largest = np.maximum(array.max(axes, keepdims=True), -array.min(axes, keepdims=True))
-    exponents = np.frexp(largest)[1]
-    exponents = np.where(np.abs(exponents) > limit, exponents, 0).astype(np.intc)
-    return (np.ldexp(array, -exponents) if exponents.any() else array), exponents
-
-
 def image_pair(
     first: ArrayLike, second: ArrayLike, names: tuple[str, str]
 ) -> tuple[tuple[Reals, Reals], np.dtype[np.floating[Any]]]:
@@ -96,23 +68,6 @@ def image_pair(
     # What is compared depends on relative size, so both images are divided by the same number.
     one, two = in_range(np.stack(pair), (0, 1, 2), np.float32)[0]
     return (one, two), np.result_type(*pair)
-
-
-def back_in_range(array: Reals, exponents: NDArray[np.intc], name: str = "image") -> Reals:
-    """Multiply results computed from images of `in_range` by the powers of 2.
-
-    Raises
-    ------
-    ValueError
-        If a result overflows.
-    """
-    if not exponents.any():
-        return array
-    with np.errstate(over="ignore", under="ignore"):
-        result = np.ldexp(array, exponents)
-    if not np.isfinite(result).all():
-        raise ValueError(f"{name}: so large that results overflow; expected numbers below a tenth of the largest float")
-    return result
 
 
 def places_of(moved: Reals, number: int) -> tuple[Reals, Reals]:

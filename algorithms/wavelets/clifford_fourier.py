@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 from generated import sta, vga2, vga3
 
 from ..arguments import Reals, real_array
-from .planes import Directions, through_planes
+from .planes import Directions, of_spacetime, through_planes
 from .sharing import Progress
 
 _SIDES = ("right", "left")
@@ -70,7 +70,11 @@ def iclifford_fft(
 
 
 def spacetime_fft(
-    field: ArrayLike, norm: str | None = None, workers: int | None = None, progress: Progress | None = None
+    field: ArrayLike,
+    norm: str | None = None,
+    workers: int | None = None,
+    progress: Progress | None = None,
+    along: str = "both",
 ) -> Reals:
     """Compute the space-time Fourier transform ``exp(-e4 w t) f exp(-e123 u x)`` of fields in G(3,1).
 
@@ -81,6 +85,9 @@ def spacetime_fft(
         e134 e234 e1234. The time vector e4 and the volume e123 have square -1 and anticommute. float32 gives float32.
     norm, workers, progress
         As in `clifford_fft`.
+    along : {"both", "space", "time"}
+        The axes that are transformed. One transform after the other is that along both, so that fields larger than
+        memory are transformed in blocks: parts of time along space, then parts of space along time.
 
     Returns
     -------
@@ -89,21 +96,25 @@ def spacetime_fft(
     Raises
     ------
     TypeError, ValueError
-        If `field` does not have this form, has an empty axis or is not finite, or if `norm` is unknown.
+        If `field` does not have this form, has an empty axis or is not finite, or if `norm` or `along` is unknown.
 
     Notes
     -----
     ``(f + e4 f e123)/2`` and ``(f - e4 f e123)/2`` are transformed as fields of four complex numbers each, with
     opposite signs of time (Hitzer, *Adv. Appl. Clifford Algebras* 17:497, 2007).
     """
-    return _spacetime(field, "field", False, norm, workers, progress)
+    return _spacetime(field, "field", False, norm, workers, progress, along)
 
 
 def ispacetime_fft(
-    spectrum: ArrayLike, norm: str | None = None, workers: int | None = None, progress: Progress | None = None
+    spectrum: ArrayLike,
+    norm: str | None = None,
+    workers: int | None = None,
+    progress: Progress | None = None,
+    along: str = "both",
 ) -> Reals:
-    """Compute the inverse of `spacetime_fft`; parameters and errors are the same."""
-    return _spacetime(spectrum, "spectrum", True, norm, workers, progress)
+    """Compute the inverse of `spacetime_fft` with the same options; parameters and errors are the same."""
+    return _spacetime(spectrum, "spectrum", True, norm, workers, progress, along)
 
 
 def _clifford(
@@ -134,9 +145,15 @@ def _clifford(
 
 
 def _spacetime(
-    value: ArrayLike, name: str, inverse: bool, norm: str | None, workers: int | None, progress: Progress | None
+    value: ArrayLike,
+    name: str,
+    inverse: bool,
+    norm: str | None,
+    workers: int | None,
+    progress: Progress | None,
+    along: str,
 ) -> Reals:
     array = real_array(value, name, _SPACETIME, "fields T L M N 16 of G(3,1)")
-    planes: list[Directions] = [((1, 2, 3), (0,))] * 4 + [((0, 1, 2, 3), ())] * 4
+    planes = of_spacetime(along, [((1, 2, 3), (0,))] * 4 + [((0, 1, 2, 3), ())] * 4)
     kernels = sta.pack_spacetime, sta.unpack_spacetime
-    return through_planes(array, name, *kernels, planes, inverse, norm, workers, progress)
+    return through_planes(array, name, *kernels, planes, inverse, norm, workers, progress, 4)

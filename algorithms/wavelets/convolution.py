@@ -11,7 +11,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, real_array
-from .checks import back_in_range, in_range
+from ..scaling import back_in_range, in_range
 from .discrete import check_finite
 from .sharing import n_threads
 

@@ -7,7 +7,8 @@ import scipy
 from numpy.typing import ArrayLike
 
 from ..arguments import Reals, finite_number
-from .checks import MEDIAN, back_in_range, in_range, single_image
+from ..scaling import back_in_range, in_range
+from .checks import MEDIAN, single_image
 from .discrete import checked_levels
 from .pyramid import QuaternionPyramid
 from .sharing import n_threads

@@ -33,6 +33,8 @@ MODES = (
 
 _SHARED = 2**14
 """Number of elements from which threads share the work, since starting one takes as long as filtering this many."""
+_WHOLE = 2**18
+"""Number of elements of lines below which one thread filters a copy at once: it is 2 MB, and remains in a cache."""
 SHORT = 2**12
 """Number of elements below which one indexed copy is faster than three slices."""
 _BLOCK = 2**15
@@ -60,16 +62,16 @@ class Taps:
     lines: tuple[Reals, ...]
 
 
-def extended(x: Reals, mode: str, before: int, after: int) -> Reals:
-    """Return signals (outer, n, inner) with numbers of the mode before and after them."""
+def extended(x: Reals, mode: str, before: int, after: int, out: Reals | None = None) -> Reals:
+    """Return signals (outer, n, inner) with numbers of the mode before and after them, if there are any, in `out`."""
     if before == after == 0:
         return x
     size = x.shape[1]
-    if x.size < SHORT:
+    if out is None and x.size < SHORT:
         places = places_of(mode, size, before, after)
         if places is not None:
             return x.take(places, 1)
-    return np.concatenate([_beyond(x, mode, -before, 0), x, _beyond(x, mode, size, size + after)], 1)
+    return np.concatenate([_beyond(x, mode, -before, 0), x, _beyond(x, mode, size, size + after)], 1, out)
 
 
 def _beyond(x: Reals, mode: str, start: int, stop: int) -> Reals:
@@ -92,7 +94,7 @@ def halved(x: Reals, mode: str, before: int, taps: Taps, count: int, workers: in
     size, length = x.shape[1], taps.every.shape[1]
     # The results from `first` to `last` need no numbers beyond the ends.
     first, last = (before + 1) // 2, (before + size - length) // 2 + 1
-    if x.size < _SHARED or first >= last:
+    if x.size < _SHARED or first >= last or _at_once(x, workers):
         return split(extended(x, mode, before, 2 * count + length - 2 - size - before), 2, taps, count, workers)
     both = np.empty((2, len(x), count, x.shape[2]), x.dtype)
     split(x[:, 2 * first - before :], 2, taps, last - first, workers, both[:, :, first:last])
@@ -130,7 +132,7 @@ def split(
     """
     outer, _, inner = y.shape
     are_lines = inner == 1 and step == 2
-    if are_lines and out is None and y.size < _SHARED:
+    if are_lines and out is None and _at_once(y, workers):
         low, high = split_lines(y[..., 0], taps, count)
         return low[..., None], high[..., None]
     if step == 1 and out is None and y.size < SHORT:
@@ -155,6 +157,12 @@ def split(
 
     _shared(work_on_lines if are_lines else work, y, count, workers)
     return both[0], both[1]
+
+
+def _at_once(numbers: Reals, workers: int | None) -> bool:
+    """Return whether numbers are lines that one thread filters without dividing them."""
+    few = _WHOLE if n_threads(workers) < 2 else _SHARED
+    return numbers.shape[2] == 1 and numbers.size < few
 
 
 def split_rows(y: Reals, taps: Taps, count: int) -> tuple[Reals, Reals]:
@@ -192,7 +200,7 @@ def merge(low: Reals, high: Reals, taps: Taps, pairs: int, workers: int | None =
     array, (outer, 2 * pairs, inner)
     """
     half, (outer, _, inner) = taps.every.shape[2], low.shape
-    if inner == 1 and low.size < _SHARED:
+    if _at_once(low, workers):
         return merge_lines(low[..., 0], high[..., 0], taps, pairs).reshape(outer, 2 * pairs, 1)
     result = np.empty((outer, 2 * pairs, inner), low.dtype)
     windows = [

@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from generated import lie_filters
 
 from ..arguments import Reals, finite_number, positive_number
-from .checks import TRUNCATE, back_in_range, image_stack, in_range
+from ..scaling import back_in_range, in_range
+from .checks import TRUNCATE, image_stack
 
 GENERATORS = ("x", "y", "rotation", "dilation", "hyperbolic", "hyperbolic45")
 """``d/dx``, ``d/dy``, ``-y d/dx + x d/dy``, ``x d/dx + y d/dy``, ``x d/dx - y d/dy`` and ``y d/dx + x d/dy``."""

@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from generated import quaternion
 
 from ..arguments import Reals, finite_number
-from .checks import back_in_range, image_stack, in_range
+from ..scaling import back_in_range, in_range
+from .checks import image_stack
 from .phase import GaborBands, gabor_bank, quaternion_phase, widths
 from .sharing import in_threads
 

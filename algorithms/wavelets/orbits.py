@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from generated import lie_filters
 
 from ..arguments import Reals, finite_number, positive_number
-from .checks import back_in_range, image_stack, in_range, single_image
+from ..scaling import back_in_range, in_range
+from .checks import image_stack, single_image
 from .lie_filters import Generator, coefficients, smoothed_gradient
 
 _POWERS = ((2, 0), (1, 1), (1, 0), (0, 2), (0, 1), (0, 0))

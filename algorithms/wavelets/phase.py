@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from generated import quaternion
 
 from ..arguments import Reals, finite_number, positive_number, real_array
-from .checks import TRUNCATE, back_in_range, image_stack, in_range
+from ..scaling import back_in_range, in_range
+from .checks import TRUNCATE, image_stack
 from .sharing import in_threads
 
 

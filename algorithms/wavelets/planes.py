@@ -21,6 +21,7 @@ Directions = tuple[tuple[int, ...], tuple[int, ...]]
 NORMS = {None: "forward", "backward": "forward", "forward": "backward", "ortho": "ortho"}
 """Norms of scipy, each with the norm that gives the transform with the opposite sign of the exponent the same scale."""
 
+_ALONG = {"both": {0, 1, 2, 3}, "space": {1, 2, 3}, "time": {0}}
 _LINE = 64
 """Size of a cache line in bytes."""
 _BLOCK = 2**21
@@ -43,6 +44,7 @@ def through_planes(
     norm: str | None,
     workers: int | None,
     progress: Progress | None = None,
+    axes: int | None = None,
 ) -> Reals:
     """Transform a field by complex transforms in place, between two passes of kernels.
 
@@ -62,6 +64,8 @@ def through_planes(
         As in `scipy.fft`. Workers also share the passes of kernels.
     progress : function of (done, total), optional
         Called after each step. The steps are the parts of the two passes and the planes between them.
+    axes : int, optional
+        Number of axes of space, if some of them are not transformed.
 
     Returns
     -------
@@ -74,7 +78,8 @@ def through_planes(
         If `norm` is unknown, if a spatial axis is empty, or if a number or the transform is not finite.
     """
     check_norm(norm)
-    axes = sum(map(len, planes[0]))
+    transformed = {axis for along in planes[0] for axis in along}
+    axes = len(transformed) if axes is None else axes
     space, size = field.shape[-1 - axes : -1], field.shape[-1]
     if 0 in space:
         raise ValueError(f"{name}: shape {field.shape}; expected no empty axis")
@@ -114,7 +119,7 @@ def through_planes(
     elements = result.reshape(*slabs, size, copy=False)
     in_threads(unpacked, places, workers)
     _keep(memory)
-    first: Any = (slice(None), *(0,) * axes, slice(None))
+    first: Any = (slice(None), *(0 if axis in transformed else slice(None) for axis in range(axes)))
     if not np.isfinite(result[first]).all():
         # Every number is a term of the first element of the result.
         raise ValueError(f"{name}: a number, or the sum of all, is not finite; expected finite numbers")
@@ -151,6 +156,20 @@ def _empty_like(field: Reals) -> Reals:
         if first.flags.c_contiguous and not field.flags.c_contiguous:
             return np.moveaxis(np.empty(first.shape, field.dtype), place, -1)
     return np.empty(field.shape, field.dtype)
+
+
+def of_spacetime(along: str, planes: Sequence[Directions]) -> list[Directions]:
+    """Return the directions along the axes of space, 1 to 3, or that of time, 0.
+
+    Raises
+    ------
+    ValueError
+        If `along` is unknown.
+    """
+    if along not in _ALONG:
+        raise ValueError(f"along: {along!r}; expected 'both', 'space' or 'time'")
+    kept = _ALONG[along]
+    return [(tuple(set(plus) & kept), tuple(set(minus) & kept)) for plus, minus in planes]
 
 
 def check_norm(norm: str | None) -> None:

@@ -15,7 +15,7 @@ from generated import quaternion
 from ..arguments import Reals, real_array
 from .colours import refuse_channels
 from .discrete import check_finite
-from .planes import NORMS, check_norm
+from .planes import NORMS, check_norm, of_spacetime
 from .sharing import Progress, steps
 
 _LARGEST = 6
@@ -160,7 +160,11 @@ def real_product_fft(
 
 
 def volume_time_fft(
-    field: ArrayLike, norm: str | None = None, workers: int | None = None, progress: Progress | None = None
+    field: ArrayLike,
+    norm: str | None = None,
+    workers: int | None = None,
+    progress: Progress | None = None,
+    along: str = "both",
 ) -> Reals:
     """Compute the volume-time Fourier transform ``exp(-e4 w t) f exp(-e123 u x)`` of fields in a subalgebra of G(3,1).
 
@@ -172,6 +176,8 @@ def volume_time_fft(
         As in `scipy.fft`.
     progress : function of (done, total), optional
         Called after each complex transform.
+    along : {"both", "space", "time"}
+        The axes that are transformed, as in `spacetime_fft`.
 
     Returns
     -------
@@ -180,21 +186,25 @@ def volume_time_fft(
     Raises
     ------
     TypeError, ValueError
-        If `field` does not have this form or is not finite, or if `norm` is unknown.
+        If `field` does not have this form or is not finite, or if `norm` or `along` is unknown.
 
     Notes
     -----
     e4, e123 and -e1234 multiply as the quaternions i, j and k, so two complex transforms suffice; `spacetime_fft` needs
     eight (Hitzer, *Adv. Appl. Clifford Algebras* 17:497, 2007).
     """
-    return _volume_time(field, "field", False, norm, workers, progress)
+    return _volume_time(field, "field", False, norm, workers, progress, along)
 
 
 def ivolume_time_fft(
-    spectrum: ArrayLike, norm: str | None = None, workers: int | None = None, progress: Progress | None = None
+    spectrum: ArrayLike,
+    norm: str | None = None,
+    workers: int | None = None,
+    progress: Progress | None = None,
+    along: str = "both",
 ) -> Reals:
-    """Compute the inverse of `volume_time_fft`; parameters and errors are the same."""
-    return _volume_time(spectrum, "spectrum", True, norm, workers, progress)
+    """Compute the inverse of `volume_time_fft` with the same options; parameters and errors are the same."""
+    return _volume_time(spectrum, "spectrum", True, norm, workers, progress, along)
 
 
 def _pseudoscalar(
@@ -250,17 +260,25 @@ def _product(
 
 
 def _volume_time(
-    value: ArrayLike, name: str, inverse: bool, norm: str | None, workers: int | None, progress: Progress | None
+    value: ArrayLike,
+    name: str,
+    inverse: bool,
+    norm: str | None,
+    workers: int | None,
+    progress: Progress | None,
+    along: str,
 ) -> Reals:
     array = real_array(value, name, (-1, -1, -1, -1, 4), "fields T L M N 4 of times and volumes")
     check_finite(array, name)
     check_norm(norm)
+    planes = of_spacetime(along, [((0,), (1, 2, 3)), ((0, 1, 2, 3), ())])
     quaternions = array * np.array([1, 1, 1, -1], array.dtype)
     parts, step_done = [], steps(progress, 2)
-    for part, keeps in zip(quaternion.pack_two_sided(quaternions), (False, True), strict=True):
+    for part, directions in zip(quaternion.pack_two_sided(quaternions), planes, strict=True):
         number = np.ascontiguousarray(part).view(np.result_type(array.dtype, np.complex64))[..., 0]
-        number = _transformed(number, (-4,), not inverse, inverse, norm, workers)
-        number = _transformed(number, (-3, -2, -1), keeps is not inverse, inverse, norm, workers)
+        for axes, forward in zip(directions, (not inverse, inverse), strict=True):
+            if axes:
+                number = _transformed(number, tuple(a - 4 for a in axes), forward, inverse, norm, workers)
         parts.append(np.ascontiguousarray(number)[..., None].view(array.dtype))
         step_done()
     result: Reals = quaternion.unpack_two_sided(*parts)

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import Reals
-from .checks import image_stack, in_range
+from ..scaling import in_range
+from .checks import image_stack
 from .pyramid import QuaternionPyramid
 
 
@@ -42,7 +43,7 @@ def texture_features(image: ArrayLike, levels: int = 4, workers: int | None = No
     mean classifier, patches of 64 x 64 pixels of brick, grass and gravel are classified correctly in all of 315 cases
     with three levels; the same features of a real wavelet transform reach 96 %.
     """
-    array, exponents = in_range(image_stack(image, least=2))
+    array, exponents = in_range(np.ascontiguousarray(image_stack(image, least=2)))
     if isinstance(levels, bool) or not isinstance(levels, (int, np.integer)) or levels < 1:
         raise ValueError(f"levels: {levels!r}; expected a whole number, 1 or more")
     if (np.ptp(array, (-2, -1)) == 0).any():

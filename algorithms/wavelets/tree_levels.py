@@ -142,12 +142,14 @@ def _first_join(low: Reals, high: Reals, name: str, axis: int, workers: int | No
     """Return the sum of both filtered bands, two adjacent results for each window of alternating numbers."""
     taps = _first_taps(name, low.dtype)[1]
     reach = (taps.every.shape[1] // 2 - 2) // 2
-    a, d = (extended(stack(band, axis), "symmetric", reach, reach) for band in (low, high))
-    outer, count, inner = a.shape
-    both = np.stack([a, d], 2).reshape(outer, 2 * count, inner)
-    pairs = low.shape[axis] // 2
+    bands = [stack(band, axis) for band in (low, high)]
+    outer, size, inner = bands[0].shape
+    both = np.empty((outer, size + 2 * reach, 2, inner), low.dtype)
+    for k, band in enumerate(bands):
+        extended(band, "symmetric", reach, reach, both[:, :, k])
+    pairs = size // 2
     result = np.empty((outer, pairs, 2, inner), low.dtype)
-    filtered(both, 4, taps, pairs, workers, result.transpose(2, 0, 1, 3))
+    filtered(both.reshape(outer, -1, inner), 4, taps, pairs, workers, result.transpose(2, 0, 1, 3))
     return result.reshape(low.shape)
 
 

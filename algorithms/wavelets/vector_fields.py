@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 from generated import vga2, vga3
 
 from ..arguments import Reals, positive_number, real_array, whole_number
-from .checks import TRUNCATE, in_range
+from ..scaling import in_range
+from .checks import TRUNCATE
 from .convolution import clifford_convolve, clifford_correlate
 from .discrete import check_finite
 

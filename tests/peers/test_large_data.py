@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import re
+import tracemalloc
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -229,6 +230,29 @@ def test_the_page(monkeypatch: pytest.MonkeyPatch) -> None:
     to_mean = p.mean(axis=0) - p  # the direction of each line, e23 e31 e12 of the join
     directions = names["lines"].values[:, :3]
     np.testing.assert_allclose(np.linalg.norm(directions, axis=1), np.linalg.norm(to_mean, axis=1), 1e-12)
+
+
+def test_a_spacetime_transform_in_blocks_needs_memory_for_blocks(tmp_path: Path) -> None:
+    """The function of the page, from files to files. tracemalloc counts the memory of numpy, but not that of files."""
+    names: dict[str, Any] = {"np": np, "da": da}
+    exec(next(block for block in BLOCKS if "def spacetime_in_blocks" in block).split("field = ")[0], names)
+    given = np.random.default_rng(3).normal(size=(64, 16, 9, 8, 16))
+    np.save(tmp_path / "in.npy", given)
+    expected = names["spacetime_fft"](given)
+
+    def read(block_info: Any = None) -> Any:
+        place = tuple(slice(*ends) for ends in block_info[None]["array-location"])
+        return np.load(tmp_path / "in.npy", mmap_mode="r")[place]
+
+    chunks = da.core.normalize_chunks((4, -1, -1, -1, -1), given.shape)
+    tracemalloc.start()
+    with dask.config.set(scheduler="synchronous"):
+        field = da.map_blocks(read, chunks=chunks, meta=np.empty((0,) * 5))
+        da.to_npy_stack(tmp_path / "out", names["spacetime_in_blocks"](field, 1, tmp_path / "between"), axis=1)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < given.nbytes / 2
+    assert np.abs(da.from_npy_stack(tmp_path / "out").compute() - expected).max() < 1e-14 * np.abs(expected).max()
 
 
 def test_xarray_holds_elements() -> None:

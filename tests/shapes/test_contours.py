@@ -101,7 +101,7 @@ def test_types_of_numbers(kind: type) -> None:
 @all_cases(
     "image, message",
     [
-        (np.zeros((9, 9)), "all pixels are 0"),
+        (np.zeros((9, 9)), "all pixels are equal"),
         (np.zeros((0, 9)), "no elements"),
         (np.zeros((9, 9, 3)), "expected 2 axes"),
         (np.pad([[1.0]], 4), "the largest of 1 pixels"),

@@ -68,7 +68,7 @@ def test_types_and_automatic_seed(kind: type) -> None:
         ({"spacing": (1, 1, 0)}, "expected 3 positive"),
         ({"neck": -1.0}, "at least 0"),
         ({"volume": np.full((5, 5, 5), np.nan)}, "nan at"),
-        ({"volume": np.ones((5, 5, 5))}, "all voxels are 1"),
+        ({"volume": np.ones((5, 5, 5))}, "all voxels are equal"),
         ({"volume": np.zeros((0, 5, 5))}, "no elements"),
         ({"volume": np.broadcast_to(np.uint8(1), (3000, 3000, 3000))}, "27,000,000,000 elements"),
     ],

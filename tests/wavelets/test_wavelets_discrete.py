@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from algorithms.wavelets import discrete_wavelet, dual_tree, wavelet_filters
+from algorithms.wavelets import discrete_wavelet, dual_tree, dwt, idwt, wavelet_filters
 from algorithms.wavelets.discrete import MODES, analysis
 from tests.support.all_cases import all_cases
 
@@ -136,3 +136,18 @@ def test_workers_change_nothing(shape: tuple[int, ...], axes: tuple[int, ...] | 
     assert reported == 6 * [(1, 2), (2, 2)]
     with pytest.raises(ValueError, match="workers: 0; expected"):
         alone.inverse(workers=0)
+
+
+@pytest.mark.parametrize("wavelet", ["haar", "db4", "db20"])
+def test_long_signals_are_filtered_like_their_parts(wavelet: str) -> None:
+    """At once by one thread, in parts by two; away from the ends, results are those of a short part."""
+    signal = np.random.default_rng(4).normal(size=20_001)
+    bands = dwt(signal, wavelet)
+    parts = dwt(signal[1000:1200], wavelet)
+    length = len(wavelet_filters(wavelet).low)
+    for band, shared, part in zip(bands, dwt(signal, wavelet, workers=2), parts, strict=True):
+        assert np.array_equal(band, shared)
+        assert np.abs(band[500 + length : 580] - part[length:80]).max() < 1e-14
+    back = idwt(*bands, wavelet, size=20_001)
+    assert np.array_equal(back, idwt(*bands, wavelet, size=20_001, workers=2))
+    assert np.abs(back - signal).max() < 1e-9

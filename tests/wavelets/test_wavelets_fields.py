@@ -115,6 +115,32 @@ def test_space_and_time(size: tuple[int, ...]) -> None:
     assert np.linalg.norm(spacetime_fft(f, "ortho")) == pytest.approx(np.linalg.norm(f), rel=1e-14)
 
 
+@pytest.mark.parametrize("norm", [None, "ortho", "forward"])
+def test_space_and_time_one_after_the_other(norm: str | None) -> None:
+    """Parts of time along space, then parts of space along time, and back in the other order."""
+    f = field(4, 3, 2, 3, 16)
+    in_time = direct(f[:, 1, 0, 2], SPACETIME, OPPOSITE_TIME, ("4", (0,)), None)
+    assert np.abs(spacetime_fft(f, along="time")[:, 1, 0, 2] - in_time).max() < 1e-12
+    in_space = direct(f[2], SPACETIME, OPPOSITE_TIME, None, ("123", (0, 1, 2)))
+    assert np.abs(spacetime_fft(f, along="space")[2] - in_space).max() < 1e-12
+    slices = np.concatenate([spacetime_fft(part, norm, along="space") for part in (f[:1], f[1:])])
+    columns = [spacetime_fft(part, norm, along="time") for part in (slices[:, :2], slices[:, 2:])]
+    found = np.concatenate(columns, 1)
+    assert np.abs(found - spacetime_fft(f, norm)).max() < 1e-13
+    back = ispacetime_fft(ispacetime_fft(found, norm, along="time"), norm, along="space")
+    assert np.abs(back - f).max() < 1e-14
+
+
+@pytest.mark.parametrize("along", ["time", "space", "both"])
+def test_a_number_that_is_not_finite_is_found_along_any_axes(along: str) -> None:
+    f = field(2, 3, 2, 2, 16)
+    f[1, 2, 1, 0, 5] = np.nan
+    with pytest.raises(ValueError, match="not finite"):
+        spacetime_fft(f, along=along)
+    with pytest.raises(ValueError, match="along: 'length'; expected 'both', 'space' or 'time'"):
+        spacetime_fft(f, along="length")
+
+
 def test_a_travelling_wave_is_in_one_half_of_the_split() -> None:
     """``exp(e4 w t) f0 exp(e123 u x)`` with ``f0 = e4 f0 e123`` has one frequency; it depends on ``u x - w t`` only."""
     by = table(SPACETIME, OPPOSITE_TIME)

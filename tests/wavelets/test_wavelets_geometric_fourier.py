@@ -166,6 +166,9 @@ def test_other_transforms_are_special_cases() -> None:
     e4, e123 = (np.eye(16)[SPACETIME.index(name)] for name in ("4", "123"))
     found = geometric_fft(time, spacetime_product(), [(e4, (0,))], [(e123, (1, 2, 3))])
     assert np.abs(found - spacetime_fft(time)).max() < 1e-12
+    for along, left, right in (("time", [(e4, (0,))], []), ("space", [], [(e123, (1, 2, 3))])):
+        found = geometric_fft(time, spacetime_product(), left, right)
+        assert np.abs(found - spacetime_fft(time, along=along)).max() < 1e-12
     # Axes without a root are not transformed, also in a degenerate algebra.
     euclidean = field(4, 5, 16)
     e12 = np.eye(16)[pga3.geometric_product.layouts["a"].blades.index("e12")]
@@ -194,6 +197,9 @@ def test_volume_time_is_a_part_of_space_time(size: tuple[int, ...]) -> None:
     assert np.abs(expected).max() == 0
     for norm in (None, "ortho", "forward"):
         assert np.abs(ivolume_time_fft(volume_time_fft(f, norm), norm) - f).max() < 1e-14
+    for along in ("time", "space"):
+        assert np.abs(volume_time_fft(f, along=along) - spacetime_fft(wide, along=along)[..., places]).max() < 1e-12
+    assert np.abs(volume_time_fft(volume_time_fft(f, along="space"), along="time") - found).max() < 1e-12
     single = volume_time_fft(f.astype(np.float32))
     assert single.dtype == np.float32 and np.abs(single - found).max() < 1e-4
 

@@ -367,6 +367,84 @@ def test_no_pixel_and_few_pixels(name: str) -> None:
                 assert np.isfinite(found).all()
 
 
+def few_rows(shape: tuple[int, ...]) -> list[tuple[int, ...]]:
+    """Return shapes with few elements along one axis of space, and some narrow ones."""
+    axes = len(shape) - (len(shape) > 1 and shape[-1] in (2, 4, 8, 16))
+    shapes = [(*shape[:k], size, *shape[k + 1 :]) for k in range(axes) for size in (1, 2, 3)]
+    return shapes + [(*narrow, *shape[2:]) for narrow in ((1, 50), (50, 1), (5, 41)) if axes == 2]
+
+
+@all_cases(
+    "name", [name for name in CALLS if name not in ("conformal_wavelet", "iconformal_wavelet", "sphere_wavelet")]
+)
+@pytest.mark.filterwarnings("error")
+def test_few_rows_or_columns(name: str) -> None:
+    """The laws of scaling, and other orders and types, hold for them, too; or an error says what is expected."""
+    call, shape = CALLS[name]
+    if name == "denoise":
+        call = w.denoise
+    for size in few_rows(shape):
+        array = np.random.default_rng(7).normal(size=size)
+        try:
+            expected = np.asarray(call(array))
+        except ValueError as error:
+            assert "expected" in str(error)
+            continue
+        for same in (np.asfortranarray(array), array[::-1].copy()[::-1], np.repeat(array, 2, -1)[..., ::2]):
+            assert np.array_equal(np.asarray(call(same)), expected)
+        degree = 2 if name in QUADRATIC else 1
+        for power in (498 // degree, -498 // degree) if name != "texture_features" else ():
+            back = 0 if name in SHAPES_ONLY else -degree * power
+            error = np.abs(np.asarray(call(np.ldexp(array, power))) * 2.0**back - expected).max(initial=0)
+            assert error <= 1e-12 * np.abs(expected).max(initial=0)
+        single = np.asarray(call(array.astype(np.float32)))
+        assert np.abs(single - expected).max(initial=0) <= 1e-3 * (1 + np.abs(expected).max(initial=0))
+
+
+def _continuous(a: np.ndarray) -> np.ndarray:
+    mean = a.mean(-1, keepdims=True)
+    scales = np.geomspace(1, a.shape[-1], 20).tolist()
+    return mean + w.continuous_wavelet(a - mean, scales, "mexican_hat", mode="periodic").inverse()
+
+
+THERE_AND_BACK: dict[str, Call] = {
+    "analytic": lambda a: w.analytic_signal(a).real,
+    "complex pyramid": lambda a: w.complex_pyramid(a, 1).inverse(),
+    "continuous": _continuous,
+    "dual tree": lambda a: w.dual_tree(a).inverse(),
+    "dual tree of rows": lambda a: w.dual_tree(a, 1, axes=(-1,)).inverse(),
+    "Gabor pyramid": lambda a: w.QuaternionPyramid(a, 1, "gabor").inverse(),
+    "qft": lambda a: w.iqft(w.qft(a, values="real"))[..., 0],
+    "quaternion pyramid": lambda a: w.QuaternionPyramid(a, 1).inverse(),
+    "rqft": lambda a: w.irqft(w.rqft(a), a.shape[-1]),
+    "stationary": lambda a: w.stationary_wavelet(a, "db3").inverse(),
+    "tight": lambda a: w.stationary_wavelet(a, "haar", is_tight=True).inverse(),
+}
+for _mode in ("symmetric", "periodization", "zero", "antireflect"):
+    THERE_AND_BACK[f"packets, {_mode}"] = lambda a, mode=_mode: w.wavelet_packets(a, "db3", mode=mode).inverse()
+    THERE_AND_BACK[f"discrete, {_mode}"] = lambda a, mode=_mode: w.discrete_wavelet(a, "bior2.2", mode=mode).inverse()
+
+
+@all_cases("name", THERE_AND_BACK)
+@pytest.mark.filterwarnings("error")
+def test_inverses_return_arrays_of_any_size_and_numbers(name: str) -> None:
+    call, reached = THERE_AND_BACK[name], 0
+    for shape in ((1,), (2,), (7,), (1, 1), (1, 9), (9, 1), (2, 3), (5, 7), (2, 7, 6)):
+        array = np.random.default_rng(1).normal(size=shape)
+        for dtype, powers, error in ((np.float64, (0, 400, -400), 1e-11), (np.float32, (0, 60, -60), 2e-4)):
+            given = array.astype(dtype)
+            for power in powers:
+                try:
+                    found = call(np.ldexp(given, power))
+                except ValueError as refused:
+                    assert "expected" in str(refused)
+                    continue
+                reached += 1
+                assert found.shape == shape and found.dtype == dtype
+                assert np.abs(np.ldexp(found, -power) - given).max() <= error * np.abs(given).max()
+    assert reached >= 18
+
+
 @pytest.mark.filterwarnings("error")
 def test_noise_that_is_larger_by_more_than_numbers_can_be() -> None:
     image = np.random.default_rng(6).normal(size=(19, 17)) * 1e-320

@@ -13,7 +13,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "wavelets.md"
 
 def test_blocks_run() -> None:
     blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
-    assert len(blocks) == 17
+    assert len(blocks) == 18
     exec(compile("\n".join(blocks), "docs/wavelets.md", "exec"), {"__name__": "wavelets"})
 
 
