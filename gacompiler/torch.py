@@ -56,7 +56,9 @@ def operator(kernel: Kernel) -> Callable[..., Any]:
     of the compiled kernel. The derivative by a parameter is compiled when it is first needed, from `vjp`; it is an
     operator, too, which gives derivatives of higher orders.
     """
-    return _Operator(with_free_parameters(kernel, "gacompiler.torch.operator()"))
+    found = _Operator(with_free_parameters(kernel, "gacompiler.torch.operator()"))
+    found.definition = kernel
+    return found
 
 
 class _Operator(Differentiable):
@@ -69,13 +71,37 @@ class _Operator(Differentiable):
 
     def __call__(self, *tensors: torch.Tensor) -> Any:
         """Evaluate the kernel."""
-        self.check_number(tensors)
-        for x, parameter in zip(tensors, self.kernel.parameters, strict=True):
-            if not isinstance(x, torch.Tensor):
-                found = f"an object of type {type(x).__name__}"
-                raise KernelError(f"{self.kernel.name}: {parameter.name}", found, "a tensor of torch")
+        tensors = self._of_one_type(tensors)
         # Graphs of torch.compile need a registered operator; torch.func needs a function with a context of its own.
         return (self.registered if torch.compiler.is_compiling() else self._differentiable.apply)(*tensors)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return operator, (self.definition,)
+
+    def _of_one_type(self, given: Sequence[Any]) -> list[torch.Tensor]:
+        """Check the arguments; where torch chooses types (`torch.autocast`), narrow ones become float32."""
+        self.check_number(given)
+        found: list[torch.Tensor] = []
+        for x, parameter in zip(given, self.kernel.parameters, strict=True):
+            if not isinstance(x, torch.Tensor) or x.layout != torch.strided:
+                kind = (
+                    f"the layout {x.layout}" if isinstance(x, torch.Tensor) else f"an object of type {type(x).__name__}"
+                )
+                raise KernelError(f"{self.kernel.name}: {parameter.name}", kind, "a dense tensor of torch")
+            narrow = x.is_floating_point() and x.element_size() < 4
+            found.append(x.float() if narrow and torch.is_autocast_enabled(x.device.type) else x)
+        first = next(x for place, x in enumerate(found) if not self.is_index(place))
+        for place, x in enumerate(found):
+            is_index = self.is_index(place)
+            whole = not (x.is_floating_point() or x.is_complex() or x.dtype == torch.bool)
+            if (whole if is_index else x.is_floating_point() and x.dtype == first.dtype) and x.device == first.device:
+                continue
+            kind = "integers" if is_index else f"{first.dtype}" if first.is_floating_point() else "real numbers"
+            expected = f"{kind} on {first.device}, as the first tensor that is no table of rows"
+            raise KernelError(
+                f"{self.kernel.name}: {self.kernel.parameters[place].name}", f"{x.dtype} on {x.device}", expected
+            )
+        return found
 
     def _custom_operator(self) -> Any:
         names = ", ".join(f"Tensor {parameter.name}" for parameter in self.kernel.parameters)
@@ -100,12 +126,10 @@ class _Operator(Differentiable):
         narrow = kind not in (torch.float32, torch.float64)
         arrays = []
         for place, x in enumerate(tensors):
-            is_index = self.is_index(place)
-            if x.device.type != "cpu" or (x.is_floating_point() == is_index or (not is_index and x.dtype != kind)):
-                expected = "integers" if is_index else f"{kind}, the type of the first tensor, which is real"
+            if x.device.type != "cpu":
                 name = self.kernel.parameters[place].name
-                raise KernelError(f"{self.kernel.name}: {name}", f"{x.dtype} on {x.device}", f"{expected}, on the CPU")
-            arrays.append((x.float() if narrow and not is_index else x).detach().numpy())
+                raise KernelError(f"{self.kernel.name}: {name}", f"a tensor on {x.device}", "one on the CPU")
+            arrays.append((x.float() if narrow and not self.is_index(place) else x).detach().numpy(force=True))
         return self.one_or_all([torch.from_numpy(each).to(kind) for each in self.evaluated(arrays)])
 
     def saved(self, ctx: Any, inputs: Any, output: Any) -> None:
@@ -145,7 +169,7 @@ class _Operator(Differentiable):
     def gradient(self, place: int, tensors: Sequence[torch.Tensor], cotangents: Sequence[torch.Tensor]) -> Any:
         """Return the gradient with respect to one argument, summed over the axes along which it was broadcast."""
         *_, found = self.pull(place)(*tensors, *cotangents)
-        if self.has_gradient_of_one_row(place):
+        if self.has_rows_of_one_number(place):
             found = found.squeeze(-1)
         return found.sum_to_size(tensors[place].shape)
 
