@@ -71,9 +71,11 @@ class _Operator(Differentiable):
 
     def __call__(self, *tensors: torch.Tensor) -> Any:
         """Evaluate the kernel."""
-        tensors = self._of_one_type(tensors)
-        # Graphs of torch.compile need a registered operator; torch.func needs a function with a context of its own.
-        return (self.registered if torch.compiler.is_compiling() else self._differentiable.apply)(*tensors)
+        ready = self._of_one_type(tensors)
+        # Graphs of torch.compile need a registered operator; torch.func needs a function with its own context, because
+        # registered operators have no forward derivatives: they would be zero without an error.
+        in_graph = torch.compiler.is_compiling() and torch._C._functorch.maybe_current_level() is None
+        return (self.registered if in_graph else self._differentiable.apply)(*ready)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return operator, (self.definition,)
@@ -84,10 +86,9 @@ class _Operator(Differentiable):
         found: list[torch.Tensor] = []
         for x, parameter in zip(given, self.kernel.parameters, strict=True):
             if not isinstance(x, torch.Tensor) or x.layout != torch.strided:
-                kind = (
-                    f"the layout {x.layout}" if isinstance(x, torch.Tensor) else f"an object of type {type(x).__name__}"
-                )
-                raise KernelError(f"{self.kernel.name}: {parameter.name}", kind, "a dense tensor of torch")
+                is_tensor, kind = isinstance(x, torch.Tensor), type(x).__name__
+                wrong = f"the layout {x.layout}" if is_tensor else f"an object of type {kind}"
+                raise KernelError(f"{self.kernel.name}: {parameter.name}", wrong, "a dense tensor of torch")
             narrow = x.is_floating_point() and x.element_size() < 4
             found.append(x.float() if narrow and torch.is_autocast_enabled(x.device.type) else x)
         first = next(x for place, x in enumerate(found) if not self.is_index(place))

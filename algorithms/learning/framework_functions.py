@@ -31,6 +31,32 @@ def pull_of_pull(product: Product, pull: Product, given: Sequence[Any], cotangen
     )
 
 
+def pushed(function: Product, given: Sequence[Any], tangents: Sequence[Any]) -> Any:
+    """Return the derivative of a function that is linear in each argument; arguments without a tangent have None."""
+    along = [
+        function(*given[:k], tangent, *given[k + 1 :]) for k, tangent in enumerate(tangents) if tangent is not None
+    ]
+    return sum(along[1:], along[0])
+
+
+def push_of_pull(pull: Product, given: Sequence[Any], tangents: Sequence[Any]) -> tuple[Any, ...]:
+    """Return the derivatives of the results of `pull`, each of which does not depend on its own argument."""
+    import torch
+
+    found = [torch.zeros_like(x) for x in given[:3]]
+    for k, tangent in enumerate(tangents):
+        if tangent is not None:
+            along = pull(*given[:k], tangent, *given[k + 1 :])
+            found = [one if j == k else one + along[j] for j, one in enumerate(found)]
+    return tuple(found)
+
+
+def type_error(layer: object, given: Sequence[Any]) -> TypeError:
+    """Return the error for an input and parameters that are not of one floating-point type."""
+    found = ", ".join(str(one.dtype) for one in given)
+    return TypeError(f"{layer}: x and parameters of {found}; expected one floating-point type")
+
+
 def _algebra_name(algebra: Algebra) -> str:
     own = f"_{id(algebra.module)}" if algebra.module is not None else ""
     return "_".join(map(str, algebra.signature)) + own
@@ -56,20 +82,21 @@ def torch_products(algebra: Algebra) -> tuple[Product, Product]:
         found = weighted_pull(algebra, *arrays_of((a, b, w, d)))
         return tuple(torch.from_numpy(one).to(a.dtype) for one in found)
 
-    product: Any = torch.library.custom_op(
+    in_graphs: Any = torch.library.custom_op(
         name, value, mutates_args=(), schema="(Tensor a, Tensor b, Tensor w) -> Tensor"
     )
-    pull: Any = torch.library.custom_op(
+    pull_in_graphs: Any = torch.library.custom_op(
         f"{name}_pull",
         gradients,
         mutates_args=(),
         schema="(Tensor a, Tensor b, Tensor w, Tensor d) -> (Tensor, Tensor, Tensor)",
     )
-    product.register_fake(lambda a, b, w: a.new_empty(a.shape))
-    pull.register_fake(lambda a, b, w, d: (a.new_empty(a.shape), b.new_empty(b.shape), w.new_empty(w.shape)))
+    in_graphs.register_fake(lambda a, b, w: a.new_empty(a.shape))
+    pull_in_graphs.register_fake(lambda a, b, w, d: (a.new_empty(a.shape), b.new_empty(b.shape), w.new_empty(w.shape)))
 
     def keep(ctx: Any, inputs: Any, output: Any) -> None:
         ctx.save_for_backward(*inputs)
+        ctx.save_for_forward(*inputs)
 
     def backward(ctx: Any, d: Any) -> Any:
         return pull(*ctx.saved_tensors, d)
@@ -80,11 +107,53 @@ def torch_products(algebra: Algebra) -> tuple[Product, Product]:
         ]
         return pull_of_pull(product, pull, ctx.saved_tensors, filled)
 
-    product.register_autograd(backward, setup_context=keep)
-    pull.register_autograd(backward_of_pull, setup_context=keep)
-    for operator in (product, pull):
-        operator.register_vmap(one_by_one(operator))
+    in_graphs.register_autograd(backward, setup_context=keep)
+    pull_in_graphs.register_autograd(backward_of_pull, setup_context=keep)
+    for each in (in_graphs, pull_in_graphs):
+        each.register_vmap(one_by_one(each))
+    product = torch_function(
+        in_graphs, value, keep, backward, lambda ctx, *along: pushed(product, ctx.saved_tensors, along)
+    )
+    pull = torch_function(
+        pull_in_graphs, gradients, keep, backward_of_pull,
+        lambda ctx, *along: push_of_pull(pull, ctx.saved_tensors, along),
+    )  # fmt: skip
     return product, pull
+
+
+def torch_function(
+    in_graphs: Any, value: Product, keep: Product, backward: Product, forward: Product | None = None
+) -> Product:
+    """Return a function that `torch.func` differentiates and batches, and that is a registered operator in graphs.
+
+    Parameters
+    ----------
+    in_graphs : callable
+        The operator, which `torch.compile` needs. It is not called outside of graphs, since `torch.func` refuses it.
+    value, keep, backward : callable
+        The values, what they store for derivatives, and the reverse derivative.
+    forward : callable, optional
+        The forward derivative.
+    """
+    import torch
+
+    class Function(torch.autograd.Function):  # type: ignore[misc]
+        """The parts as torch names them."""
+
+        @staticmethod
+        def vmap(info: Any, dims: Any, *given: Any) -> Any:
+            return one_by_one(call)(info, dims, *given)
+
+    for name, method in (("forward", value), ("setup_context", keep), ("backward", backward), ("jvp", forward)):
+        if method is not None:
+            setattr(Function, name, staticmethod(method))
+
+    def call(*given: Any) -> Any:
+        # Registered operators have no forward derivatives, which would be zero without an error.
+        transformed = torch._C._functorch.maybe_current_level() is not None
+        return in_graphs(*given) if torch.compiler.is_compiling() and not transformed else Function.apply(*given)
+
+    return call
 
 
 def one_by_one(operator: Any) -> Callable[..., Any]:
@@ -130,16 +199,17 @@ def torch_functions() -> Callable[..., Functions]:
             return x.sum(axis, keepdim=True)
 
         def linear(self, x: Any, matrix: Any) -> Any:
-            return x @ torch.as_tensor(matrix, dtype=x.dtype)
+            return x @ torch.as_tensor(matrix, dtype=x.dtype, device=x.device)
 
         def rows(self, x: Any, index: Any) -> Any:
-            return x[:, torch.as_tensor(index)]
+            return x[:, torch.as_tensor(index, device=x.device)]
 
         def sum_rows(self, x: Any, index: Any, count: int) -> Any:
-            return x.new_zeros((len(x), count, *x.shape[2:])).index_add(1, torch.as_tensor(index), x)
+            places = torch.as_tensor(index, device=x.device)
+            return x.new_zeros((len(x), count, *x.shape[2:])).index_add(1, places, x)
 
         def mixed(self, algebra: Algebra, w: Any, x: Any) -> Any:
-            return torch.einsum("oik,nik->nok", w[..., torch.as_tensor(algebra.grades)], x)
+            return torch.einsum("oik,nik->nok", w[..., torch.as_tensor(algebra.grades, device=w.device)], x)
 
         def weighted(self, algebra: Algebra, a: Any, b: Any, w: Any) -> Any:
             return self._product(a, b, w)
@@ -147,7 +217,7 @@ def torch_functions() -> Callable[..., Functions]:
         def kept(self, x: Any, rate: float, seed: int) -> Any:
             if not self.training or rate == 0:
                 return x
-            return x * (torch.rand((*x.shape[:2], 1), dtype=x.dtype) >= rate) / (1 - rate)
+            return x * (torch.rand((*x.shape[:2], 1), dtype=x.dtype, device=x.device) >= rate) / (1 - rate)
 
     return TorchFunctions
 

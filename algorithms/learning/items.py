@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 
@@ -33,12 +32,6 @@ def _each(items: int, channels: int, where: Layer) -> int:
     return channels // items
 
 
-@cache
-def _count(layer: Layer, algebra: Algebra, channels: int) -> int:
-    """Return the number of arrays of parameters."""
-    return len(layer.initial(algebra, channels, np.random.default_rng()))
-
-
 @dataclass(frozen=True)
 class Residual(Defined):
     """The input plus the result of layers, one after the other."""
@@ -48,6 +41,11 @@ class Residual(Defined):
     def __post_init__(self) -> None:
         layers = listed(self.layers, "Residual", "layers")
         object.__setattr__(self, "layers", tuple(_checked(layer, "Residual") for layer in layers))
+
+    @property
+    def arrays(self) -> int:
+        """The number of arrays of parameters."""
+        return sum(layer.arrays for layer in self.layers)
 
     def output(self, algebra: Algebra, channels: int) -> Shape:
         """Return the algebra and the number of channels of the result."""
@@ -70,7 +68,7 @@ class Residual(Defined):
         """Compute the result by functions of arrays."""
         y, start, shape = x, 0, (algebra, x.shape[1])
         for layer in self.layers:
-            stop = start + _count(layer, *shape)
+            stop = start + layer.arrays
             y = layer.definition(f, shape[0], y, parameters[start:stop])
             start, shape = stop, layer.output(*shape)
         return x + y
@@ -114,6 +112,11 @@ class Each(Defined):
     def __post_init__(self) -> None:
         _checked(self.layer, "Each")
 
+    @property
+    def arrays(self) -> int:
+        """The number of arrays of parameters."""
+        return self.layer.arrays
+
     def output(self, algebra: Algebra, channels: int) -> Shape:
         """Return the algebra and the number of channels of the result."""
         after, count = self.layer.output(algebra, _each(self.items, channels, self))
@@ -148,6 +151,11 @@ class Attention(Defined):
 
     items: int
     heads: int = 1
+
+    @property
+    def arrays(self) -> int:
+        """The number of arrays of parameters."""
+        return 8
 
     def output(self, algebra: Algebra, channels: int) -> Shape:
         """Return the algebra and the number of channels of the result."""
@@ -199,6 +207,11 @@ class Messages(Defined):
         if not pairs or any(len(pair) != 2 for pair in pairs) or max(numbers) >= self.items:
             raise ValueError(f"Messages: {self.neighbours}; expected at least one pair of numbers below {self.items}")
         object.__setattr__(self, "neighbours", tuple(zip(numbers[::2], numbers[1::2], strict=True)))
+
+    @property
+    def arrays(self) -> int:
+        """The number of arrays of parameters."""
+        return 15
 
     def output(self, algebra: Algebra, channels: int) -> Shape:
         """Return the algebra and the number of channels of the result."""

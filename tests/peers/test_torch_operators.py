@@ -103,6 +103,10 @@ def test_graphs_without_breaks() -> None:
         cost(one, p).backward()
         compiled(other, p).backward()
         assert torch.allclose(one.grad, other.grad, rtol=1e-13)
+    for transform in (torch.func.jacfwd, torch.func.grad, torch.func.hessian):  # which break them, or are eager
+        transformed = transform(lambda m: cost(m, p))
+        given = one.detach()
+        assert torch.allclose(torch.compile(transformed, backend="aot_eager")(given), transformed(given), rtol=1e-13)
     torch.library.opcheck(g.registered, tuple(tensors((5, 8), (3,))))
 
 
