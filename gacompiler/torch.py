@@ -12,7 +12,7 @@ The C library reads and writes tensors in place. The operators are batched by `t
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 from .differentiable import Differentiable, with_free_parameters
@@ -123,15 +123,27 @@ class _Operator(Differentiable):
 
     def value(self, *tensors: torch.Tensor) -> Any:
         """Return the results for tensors of one type."""
-        kind = next(x.dtype for x in tensors if x.is_floating_point())
+        kind, device = next(x.dtype for x in tensors if x.is_floating_point()), tensors[0].device
         narrow = kind not in (torch.float32, torch.float64)
-        arrays = []
-        for place, x in enumerate(tensors):
-            if x.device.type != "cpu":
-                name = self.kernel.parameters[place].name
-                raise KernelError(f"{self.kernel.name}: {name}", f"a tensor on {x.device}", "one on the CPU")
-            arrays.append((x.float() if narrow and not self.is_index(place) else x).detach().numpy(force=True))
-        return self.one_or_all([torch.from_numpy(each).to(kind) for each in self.evaluated(arrays)])
+        ready = [(x.float() if narrow and x.is_floating_point() else x).detach() for x in tensors]
+        if device.type not in ("cpu", "cuda"):
+            raise KernelError(self.kernel.name, f"tensors on {device}", "tensors on the CPU or on CUDA")
+        found = (self.on_processor if device.type == "cpu" else self.on_device)(ready)
+        return self.one_or_all([each.to(kind) for each in found])
+
+    def on_processor(self, tensors: Sequence[torch.Tensor]) -> Sequence[torch.Tensor]:
+        """Return the results for tensors on the CPU, which the C library reads and writes in place."""
+        return [torch.from_numpy(each) for each in self.evaluated([x.numpy(force=True) for x in tensors])]
+
+    def on_device(self, tensors: Sequence[torch.Tensor]) -> Sequence[torch.Tensor]:
+        """Return the results for tensors on a device."""
+        return self._device_function(tensors)
+
+    @cached_property
+    def _device_function(self) -> Callable[[Sequence[torch.Tensor]], Sequence[torch.Tensor]]:
+        from .torch_devices import on_device
+
+        return on_device(self.kernel, self.function)
 
     def saved(self, ctx: Any, inputs: Any, output: Any) -> None:
         """Store what `cotangents` needs."""

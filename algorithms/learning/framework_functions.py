@@ -68,6 +68,21 @@ def arrays_of(tensors: Sequence[Any]) -> list[Any]:
     return [np.ascontiguousarray(x.detach().numpy()) for x in wide]
 
 
+def by_blades(algebra: Algebra, a: Any, b: Any, w: Any) -> Any:
+    """Return weighted products of tensors as expressions of torch, on any device."""
+    import torch
+
+    blades = np.arange(algebra.size)
+    place = algebra.targets  # blades k of the product and i of the first factor to that of the second: i ^ k
+    path = {tuple(row): k for k, row in enumerate(algebra.paths.tolist())}
+    signs = algebra.signs[blades, place]
+    grades = np.stack(np.broadcast_arrays(algebra.grades, algebra.grades[place], algebra.grades[:, None]), -1)
+    paths = np.array([[path.get(tuple(row), 0) for row in rows] for rows in grades.tolist()])
+    index, part = (torch.as_tensor(each, device=b.device) for each in (place, paths))
+    factors = w[..., part] * torch.as_tensor(signs, dtype=w.dtype, device=w.device)
+    return ((b[..., index] * factors) @ a[..., None])[..., 0]
+
+
 @cache
 def torch_products(algebra: Algebra) -> tuple[Product, Product]:
     """Return weighted products, and their gradients, as operators of torch with derivatives of every order."""
@@ -212,7 +227,7 @@ def torch_functions() -> Callable[..., Functions]:
             return torch.einsum("oik,nik->nok", w[..., torch.as_tensor(algebra.grades, device=w.device)], x)
 
         def weighted(self, algebra: Algebra, a: Any, b: Any, w: Any) -> Any:
-            return self._product(a, b, w)
+            return self._product(a, b, w) if a.device.type == "cpu" else by_blades(algebra, a, b, w)
 
         def kept(self, x: Any, rate: float, seed: int) -> Any:
             if not self.training or rate == 0:

@@ -72,7 +72,8 @@ def torch_module(
     -------
     torch.nn.Module
         It maps x (..., channels, blades) to y (..., channels, blades); leading axes are those of x. Its parameters have
-        the default type of torch; ``module.double()`` converts them. Values are computed on the CPU.
+        the default type of torch; ``module.double()`` converts them. Equivariant layers take tensors on
+        all devices; on the CPU, their products are those of the generated kernels.
 
     Raises
     ------

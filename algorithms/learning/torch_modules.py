@@ -84,6 +84,8 @@ def operator_of(layer: Layer, algebra: Algebra, channels: int) -> Callable[..., 
     )
 
     def called(x: Any, parameters: Sequence[Any]) -> Any:
+        if x.device.type != "cpu":
+            raise ValueError(f"{layer}: x on {x.device}; expected a tensor on the CPU, or an equivariant layer")
         check_types(layer, (x, *parameters))
         return function(x, *parameters)
 

@@ -31,6 +31,7 @@ from algorithms.learning import (
     Split,
 )
 from algorithms.learning.base import Defined
+from algorithms.learning.framework_functions import by_blades
 from algorithms.learning.frameworks import jax_function, torch_module, torch_operator
 from tests.support.equivariant_layers import LAYERS, RING, given, reflections
 
@@ -157,6 +158,27 @@ def test_transforms() -> None:
 
         second = torch.func.hessian(cost)(tensor[:1])  # forward over reverse
         assert torch.allclose(second, torch.autograd.functional.hessian(cost, tensor[:1]), rtol=1e-10, atol=1e-10)
+
+
+@pytest.mark.parametrize("name", ALGEBRAS)
+def test_products_on_other_devices(name: str) -> None:
+    """Products as expressions of torch are those of the kernels; on a device without numbers, they have shapes."""
+    torch, algebra = pytest.importorskip("torch"), Algebra.of(name)
+    random = np.random.default_rng(0)
+    a, b = random.normal(size=(2, 5, 3, algebra.size))
+    w = random.normal(size=(3, len(algebra.paths)))
+    found = by_blades(algebra, *map(torch.tensor, (a, b, w))).numpy()
+    expected = np.zeros_like(a)
+    path = {tuple(row): k for k, row in enumerate(algebra.paths.tolist())}
+    for i, j in np.argwhere(algebra.signs):
+        k = algebra.targets[i, j]
+        weight = w[:, path[tuple(algebra.grades[[i, j, k]].tolist())]]
+        expected[..., k] += algebra.signs[i, j] * weight * a[..., i] * b[..., j]
+    assert np.abs(found - expected).max() < 1e-12 * np.abs(expected).max()
+    module = torch_module([layer for layer in LAYERS if layer.output(algebra, 6) == (algebra, 6)], name, 6)
+    assert module.to("meta")(torch.ones(4, 6, algebra.size, device="meta")).shape == (4, 6, algebra.size)
+    with pytest.raises(ValueError, match=r"Rotor\(channels=2\): x on meta; expected a tensor on the CPU, or an equi"):
+        torch_module(Rotor(2), name, 6).to("meta")(torch.ones(4, 6, algebra.size, device="meta"))
 
 
 def test_layers_with_first_derivatives() -> None:
