@@ -57,6 +57,14 @@ def type_error(layer: object, given: Sequence[Any]) -> TypeError:
     return TypeError(f"{layer}: x and parameters of {found}; expected one floating-point type")
 
 
+def check_neighbours(layer: object, neighbours: Any, is_whole: bool) -> None:
+    """Raise an error unless neighbours of a call are None or pairs of whole numbers."""
+    if neighbours is None or (is_whole and neighbours.ndim == 2 and neighbours.shape[0] == 2):
+        return
+    found = f"neighbours of {neighbours.dtype} with shape {tuple(neighbours.shape)}"
+    raise ValueError(f"{layer}: {found}; expected integers with shape (2, pairs), receivers and senders")
+
+
 def _algebra_name(algebra: Algebra) -> str:
     own = f"_{id(algebra.module)}" if algebra.module is not None else ""
     return "_".join(map(str, algebra.signature)) + own
@@ -195,13 +203,13 @@ def one_by_one(operator: Any) -> Callable[..., Any]:
 
 @cache
 def torch_functions() -> Callable[..., Functions]:
-    """Return the class of the functions of torch, made for an algebra."""
+    """Return the class of the functions of torch, made from products, the mode and the neighbours of a call."""
     with extra("peers", "algorithms.learning.frameworks"):
         import torch
 
     class TorchFunctions(Functions):
-        def __init__(self, algebra: Algebra, training: bool = False) -> None:
-            self.training, self._product = training, torch_products(algebra)[0]
+        def __init__(self, product: Product, training: bool = False, neighbours: Any = None) -> None:
+            self._product, self.training, self.neighbours = product, training, neighbours
 
         exp, log1p, arcsinh = map(staticmethod, (torch.exp, torch.log1p, torch.arcsinh))
         tanh, reshape, matmul = map(staticmethod, (torch.tanh, torch.reshape, torch.matmul))
@@ -217,7 +225,7 @@ def torch_functions() -> Callable[..., Functions]:
             return x @ torch.as_tensor(matrix, dtype=x.dtype, device=x.device)
 
         def rows(self, x: Any, index: Any) -> Any:
-            return x[:, torch.as_tensor(index, device=x.device)]
+            return x.index_select(1, torch.as_tensor(index, device=x.device))
 
         def sum_rows(self, x: Any, index: Any, count: int) -> Any:
             places = torch.as_tensor(index, device=x.device)
@@ -279,8 +287,8 @@ def jax_functions() -> Callable[..., Functions]:
     jnp = jax.numpy
 
     class JaxFunctions(Functions):
-        def __init__(self, algebra: Algebra, key: Any = None) -> None:
-            self.key, self._product = key, jax_products(algebra)[0]
+        def __init__(self, algebra: Algebra, key: Any = None, neighbours: Any = None) -> None:
+            self._product, self.key, self.neighbours = jax_products(algebra)[0], key, neighbours
 
         exp, log1p, arcsinh = map(staticmethod, (jnp.exp, jnp.log1p, jnp.arcsinh))
         tanh, reshape, matmul = map(staticmethod, (jnp.tanh, jnp.reshape, jnp.matmul))

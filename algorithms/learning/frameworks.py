@@ -10,7 +10,7 @@ import numpy as np
 from ..extras import extra
 from .algebra import Algebra
 from .base import Defined, Layer
-from .framework_functions import jax_functions, torch_functions, type_error
+from .framework_functions import check_neighbours, jax_functions, torch_functions, torch_products, type_error
 
 
 def _checks(layer: Layer, algebra: Algebra, channels: int) -> Callable[[Any, Sequence[Any]], None]:
@@ -37,7 +37,7 @@ def torch_operator(layer: Layer, algebra: str | Algebra, channels: int) -> Calla
         from .torch_modules import check_types, operator_of
     algebra = Algebra.of(algebra)
     layer.output(algebra, channels)
-    check, functions = _checks(layer, algebra, channels), torch_functions()(algebra)
+    check, functions = _checks(layer, algebra, channels), torch_functions()(torch_products(algebra)[0])
     run = None if isinstance(layer, Defined) else operator_of(layer, algebra, channels)
 
     def called(x: Any, parameters: Sequence[Any]) -> Any:
@@ -73,7 +73,9 @@ def torch_module(
     torch.nn.Module
         It maps x (..., channels, blades) to y (..., channels, blades); leading axes are those of x. Its parameters have
         the default type of torch; ``module.double()`` converts them. Equivariant layers take tensors on
-        all devices; on the CPU, their products are those of the generated kernels.
+        all devices; on the CPU, their products are those of the generated kernels. The module may also be called with
+        integers (2, pairs), neighbours for `Messages` without any: places among all rows (channels, blades) of x that
+        get messages, and those that send them. An edge index of PyTorch Geometric has them in the other order.
 
     Raises
     ------
@@ -82,9 +84,7 @@ def torch_module(
         channels or blades.
     """
     with extra("peers", "algorithms.learning.frameworks"):
-        import torch
-
-        from .torch_modules import LayerModule
+        from .torch_modules import LayerModule, LayerSequence
     stages = [layers] if isinstance(layers, Layer) else list(layers)
     if not stages:
         raise ValueError("torch_module: no layers; expected at least one")
@@ -96,14 +96,15 @@ def torch_module(
             layer.symmetry(algebra)
         modules.append(LayerModule(layer, algebra, channels, random))
         algebra, channels = layer.output(algebra, channels)
-    return modules[0] if isinstance(layers, Layer) else torch.nn.Sequential(*modules)
+    return modules[0] if isinstance(layers, Layer) else LayerSequence(*modules)
 
 
 def jax_function(layer: Layer, algebra: str | Algebra, channels: int) -> Callable[..., Any]:
     """Return a layer as a function of jax, of x (batch, channels, blades) and parameters, with reverse derivatives.
 
     It can be compiled and batched; it calls the kernels by ``jax.pure_callback``. Equivariant layers have derivatives
-    of every order, and take ``key``, a key of random numbers, for the choices of `Dropout` in training.
+    of every order, and take ``key``, a key of random numbers, for the choices of `Dropout` in training. They take
+    ``neighbours`` (2, pairs) for `Messages` without any, as `torch_module` does.
     """
     with extra("peers", "algorithms.learning.frameworks"):
         import jax
@@ -119,9 +120,15 @@ def jax_function(layer: Layer, algebra: str | Algebra, channels: int) -> Callabl
     if isinstance(layer, Defined):
         functions = jax_functions()
 
-        def defined(x: Any, *own: Any, key: Any = None) -> Any:
+        def defined(x: Any, *own: Any, key: Any = None, neighbours: Any = None) -> Any:
             check(x, own)
-            return layer.definition(functions(algebra, key), algebra, x, own)
+            if neighbours is not None:
+                neighbours = jax.numpy.asarray(neighbours)
+                check_neighbours(layer, neighbours, jax.numpy.issubdtype(neighbours.dtype, np.integer))
+                known = not isinstance(neighbours, jax.core.Tracer) and neighbours.size
+                if known and not 0 <= neighbours.min() <= neighbours.max() < len(x):  # jax would take the nearest row
+                    raise ValueError(f"{layer}: neighbours {neighbours}; expected places of {len(x)} rows")
+            return layer.definition(functions(algebra, key, neighbours), algebra, x, own)
 
         return defined
 

@@ -194,14 +194,19 @@ class Messages(Defined):
     Parameters
     ----------
     items : int
-    neighbours : tuple of (int, int)
-        Pairs of the item that gets a message and the item from which it comes.
+    neighbours : tuple of (int, int), optional
+        Pairs of the item that gets a message and the item from which it comes. By default, each sample is an item, and
+        modules of torch and functions of jax take the pairs with each call.
     """
 
-    items: int
-    neighbours: tuple[tuple[int, int], ...]
+    items: int = 1
+    neighbours: tuple[tuple[int, int], ...] | None = None
 
     def __post_init__(self) -> None:
+        if self.neighbours is None:
+            if self.items != 1:
+                raise ValueError(f"Messages: no neighbours of {self.items} items; expected pairs of numbers")
+            return
         pairs = [listed(pair, "Messages", "pairs") for pair in listed(self.neighbours, "Messages", "pairs")]
         numbers = [whole_number(k, "Messages: neighbour") for pair in pairs for k in pair]
         if not pairs or any(len(pair) != 2 for pair in pairs) or max(numbers) >= self.items:
@@ -227,19 +232,25 @@ class Messages(Defined):
 
     def definition(self, f: Functions, algebra: Algebra, x: Tensor, parameters: Sequence[Tensor]) -> Tensor:
         """Compute the result by functions of arrays."""
-        n, channels, size = x.shape
-        count, (first, second) = channels // self.items, np.array(self.neighbours).T
-        given = f.reshape(x, (n * self.items, count, size))
+        samples, channels, size = x.shape
+        if self.neighbours is not None:
+            n, items, (first, second) = samples, self.items, np.array(self.neighbours).T
+        elif f.neighbours is not None:
+            n, items, (first, second) = 1, samples, f.neighbours
+        else:
+            raise ValueError(f"{self}: no neighbours; expected them in the layer, or in a call of a module of torch")
+        count = channels // self.items
+        given = f.reshape(x, (n * items, count, size))
 
         def linear(k: int, y: Tensor) -> Tensor:
             return GradeLinear(count).definition(f, algebra, y, parameters[2 * k : 2 * k + 2])
 
         def pairs(k: int) -> Tensor:
-            own, other = (f.reshape(linear(j, given), (n, self.items, count * size)) for j in (k, k + 1))
+            own, other = (f.reshape(linear(j, given), (n, items, count * size)) for j in (k, k + 1))
             return f.reshape(f.rows(own, first) + f.rows(other, second), (n * len(first), count, size))
 
         products = f.weighted(algebra, pairs(0), pairs(2), parameters[12])
         messages = Gate().definition(f, algebra, products, parameters[13:])
-        total = f.sum_rows(f.reshape(messages, (n, len(first), count * size)), first, self.items)
-        y = linear(4, given) + linear(5, f.reshape(total, (n * self.items, count, size)))
+        total = f.sum_rows(f.reshape(messages, (n, len(first), count * size)), first, items)
+        y = linear(4, given) + linear(5, f.reshape(total, (n * items, count, size)))
         return f.reshape(y, x.shape)

@@ -12,9 +12,20 @@ import torch
 
 from .algebra import Algebra
 from .base import Defined, Layer
-from .framework_functions import arrays_of, one_by_one, torch_function, torch_functions, type_error
+from .framework_functions import (
+    arrays_of,
+    check_neighbours,
+    one_by_one,
+    torch_function,
+    torch_functions,
+    torch_products,
+    type_error,
+)
+from .recorded import Record
 
 _numbers = itertools.count()
+_PREPARED = ("_functions", "_product", "_run")
+"""Attributes of modules that are made again for copies."""
 
 
 def check_types(layer: Layer, given: Sequence[torch.Tensor]) -> None:
@@ -118,30 +129,36 @@ class LayerModule(torch.nn.Module):  # type: ignore[misc]
 
     def _prepare(self) -> None:
         """Make what forward() needs before torch traces it: functions, and properties of the algebra."""
-        functions, random = torch_functions(), np.random.default_rng()
-        self._functions = functions(self.algebra), functions(self.algebra, training=True)
+        self._functions, self._product = torch_functions(), torch_products(self.algebra)[0]
         if not isinstance(self.layer, Defined):
             self._run = operator_of(self.layer, self.algebra, self.shape[0])
         else:
-            parameters = self.layer.initial(self.algebra, self.shape[0], random)
-            self.layer.value(self.algebra, np.zeros((1, *self.shape)), parameters)
+            record, random = Record(), np.random.default_rng()
+            record.neighbours = np.zeros((2, 1), int)
+            arrays = np.zeros((1, *self.shape)), *self.layer.initial(self.algebra, self.shape[0], random)
+            x, *parameters = map(record.start, arrays)
+            self.layer.definition(record, self.algebra, x, parameters)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: own for name, own in self.__dict__.items() if name not in ("_functions", "_run")}
+        return {name: own for name, own in self.__dict__.items() if name not in _PREPARED}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         super().__setstate__(state)
         self._prepare()
 
-    def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """Compute the results of the layer."""
+    def forward(self, x: torch.Tensor, neighbours: torch.Tensor | None = None) -> torch.Tensor:
+        """Compute the results of the layer; `Messages` may take neighbours (2, pairs) among all rows of x."""
         if tuple(x.shape[-2:]) != self.shape:
             found, expected = tuple(x.shape), "(..., {}, {})".format(*self.shape)
             raise ValueError(f"{self.layer}: x has shape {found}; expected {expected}, channels and blades")
         given, weights = x.reshape(-1, *self.shape), list(self.weights)
         if isinstance(self.layer, Defined):
             check_types(self.layer, (given, *weights))
-            y: Any = self.layer.definition(self._functions[self.training], self.algebra, given, weights)
+            if neighbours is not None:
+                whole = not (neighbours.is_floating_point() or neighbours.is_complex())
+                check_neighbours(self.layer, neighbours, whole and neighbours.dtype != torch.bool)
+            functions = self._functions(self._product, self.training, neighbours)
+            y: Any = self.layer.definition(functions, self.algebra, given, weights)
         else:
             y = self._run(given, weights)
         return y.reshape(*x.shape[:-2], *y.shape[1:])
@@ -149,3 +166,13 @@ class LayerModule(torch.nn.Module):  # type: ignore[misc]
     def extra_repr(self) -> str:
         """Return the layer with the numbers of channels and blades that it takes."""
         return f"{self.layer}, channels={self.shape[0]}, blades={self.shape[1]}"
+
+
+class LayerSequence(torch.nn.Sequential):  # type: ignore[misc]
+    """Layers, one after the other, which all take the neighbours of a call."""
+
+    def forward(self, x: torch.Tensor, neighbours: torch.Tensor | None = None) -> torch.Tensor:
+        """Compute the results of the last layer."""
+        for layer in self:
+            x = layer(x, neighbours)
+        return x

@@ -181,6 +181,64 @@ def test_products_on_other_devices(name: str) -> None:
         torch_module(Rotor(2), name, 6).to("meta")(torch.ones(4, 6, algebra.size, device="meta"))
 
 
+@pytest.mark.parametrize("name", ALGEBRAS)
+def test_neighbours_of_calls(name: str) -> None:
+    """Each sample with its own graph, one of them without pairs, beside layers that have the graph of one sample."""
+    torch, algebra = pytest.importorskip("torch"), Algebra.of(name)
+    random, turn = np.random.default_rng(5), reflections(algebra, 2, seed=2)
+    graphs: list[tuple[tuple[int, int], ...]] = [((0, 1), (1, 0), (0, 2)), ((3, 1), (3, 3), (3, 1)), (), ((2, 0),)]
+    module = torch_module(Messages(), name, 2).double()
+    x = random.normal(size=(len(graphs), 4, 2, algebra.size))
+    pairs = [(4 * k + to, 4 * k + sender) for k, graph in enumerate(graphs) for to, sender in graph]
+    neighbours = torch.tensor(pairs).T
+    found = module(torch.tensor(x), neighbours)
+    parameters = [own.detach().numpy() for own in module.weights]
+    for k, graph in enumerate(graphs):
+        flat, rows = x[k].reshape(1, 8, algebra.size), found[k].detach().numpy()
+        if graph:
+            expected = Messages(4, graph).value(algebra, flat, parameters)[0].reshape(rows.shape)
+            assert np.abs(rows - expected).max() < 1e-12 * np.abs(expected).max()
+        else:
+            assert np.array_equal(module(torch.tensor(x[k]), neighbours[:, :0]).detach().numpy(), rows)
+    turned = module(torch.tensor(x @ turn.T), neighbours).detach().numpy()
+    wanted = found.detach().numpy() @ turn.T
+    assert np.abs(turned - wanted).max() < 1e-12 * np.linalg.norm(turn) * np.abs(turned).max()
+    order = torch.tensor(random.permutation(16))
+    moved = module(torch.tensor(x).reshape(16, 2, -1)[order], torch.argsort(order)[neighbours])
+    assert torch.allclose(moved, found.reshape(16, 2, -1)[order], rtol=1e-12, atol=1e-12)
+    few = torch.tensor(0.3 * x[0, :, :1].repeat(2, 1)[:3], requires_grad=True)
+    assert torch.autograd.gradcheck(lambda x: module(x, neighbours[:, :3]), few, fast_mode=True)
+    assert torch.autograd.gradgradcheck(lambda x: module(x, neighbours[:, :3]), few, fast_mode=True)
+
+
+def test_neighbours_in_graphs_and_in_jax(doubles: Any) -> None:
+    jax, torch = doubles, pytest.importorskip("torch")
+    net = torch_module([Residual((Norm(), Messages())), GradeLinear(1)], "G(3)", 2).double()
+    x, pairs = torch.tensor(np.random.default_rng(0).normal(size=(6, 2, 8))), torch.tensor([[0, 1, 5, 0], [1, 2, 0, 0]])
+    compiled = torch.compile(net, fullgraph=True, dynamic=True, backend="aot_eager")
+    for count in (4, 2, 0):
+        assert torch.allclose(compiled(x, pairs[:, :count]), net(x, pairs[:, :count]), rtol=1e-13)
+    layer, parameters = net[0].layer, [own.detach().numpy() for own in net[0].weights]
+    function = jax_function(layer, "G(3)", 2)
+    for call in (function, jax.jit(function)):
+        found = call(x.numpy(), *parameters, neighbours=pairs.numpy())
+        assert np.abs(found - net[0](x, pairs).detach().numpy()).max() < 1e-12
+    for wrong in ([[0], [6]], [[-1], [0]]):
+        with pytest.raises(RuntimeError, match="out of DATA bounds"):
+            net(x, torch.tensor(wrong))
+        with pytest.raises(ValueError, match="expected places of 6 rows"):
+            function(x.numpy(), *parameters, neighbours=wrong)
+    for bad in (pairs.T, pairs.double()):
+        with pytest.raises(ValueError, match=r"expected integers with shape \(2, pairs\), receivers and senders"):
+            net(x, bad)
+        with pytest.raises(ValueError, match=r"expected integers with shape \(2, pairs\), receivers and senders"):
+            function(x.numpy(), *parameters, neighbours=bad.numpy())
+    with pytest.raises(ValueError, match=r"Messages.*: no neighbours; expected them in the layer, or in a call"):
+        net(x)
+    with pytest.raises(ValueError, match="Messages: no neighbours of 3 items; expected pairs of numbers"):
+        Messages(3)
+
+
 def test_layers_with_first_derivatives() -> None:
     torch, algebra = pytest.importorskip("torch"), Algebra(3)
     for layer in (Linear(2), Rotor(2), Split("tanh")):
