@@ -3,7 +3,7 @@
 python -m benchmarks vision-speed        # write docs/vision-speed.md; further arguments are those of its command
 python -m benchmarks all                 # write all pages
 python -m benchmarks --check             # list pages without a stamp, or older than the code that they measure
-python -m benchmarks minimal             # commands that write no page: minimal overview random_kernels
+python -m benchmarks minimal             # commands that write no page: charges gpu minimal overview random_kernels
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ PAGES = {
 }
 """The module that writes each page of figures."""
 
-WITHOUT_PAGES = ("minimal", "overview", "random_kernels")
+WITHOUT_PAGES = ("charges", "gpu", "minimal", "overview", "random_kernels")
 """Further modules with a command."""
 
 

@@ -38,12 +38,24 @@ class Differentiable:
     ----------
     kernel : Kernel
         Its parameters must have no relations, see `with_free_parameters`.
+
+    Attributes
+    ----------
+    definition : Kernel
+        The kernel from which operators are made again when they are unpickled.
     """
 
     def __init__(self, kernel: Kernel) -> None:
         self.kernel, self.function = kernel, compile(kernel)
+        self.definition = kernel
         self.given, self.results = _shapes(self.function.signature)
         self._derivatives: dict[tuple[Any, int], Self] = {}
+
+    def __copy__(self) -> Self:
+        return self
+
+    def __deepcopy__(self, memory: object) -> Self:
+        return self
 
     @property
     def identity(self) -> str:
@@ -93,9 +105,9 @@ class Differentiable:
         """Return `jvp` with respect to one parameter: arguments and a tangent to results and their tangents."""
         return self._derivative(jvp, place)
 
-    def has_gradient_of_one_row(self, place: int) -> bool:
-        """Whether the gradient with respect to a number comes as an array of one."""
-        return self.given[place] == () and self.pull(place).results[-1] == (1,)
+    def has_rows_of_one_number(self, place: int) -> bool:
+        """Whether the gradient with respect to numbers has an axis of length 1 more than they have."""
+        return self.pull(place).results[-1] == (*self.given[place], 1)
 
     def ranks_of_batches(self, ranks: Sequence[int]) -> list[int]:
         """Return how many axes to insert behind a batch axis in front, for arguments of these ranks without it."""

@@ -56,7 +56,9 @@ def operator(kernel: Kernel) -> Callable[..., Any]:
     of the compiled kernel. The derivative by a parameter is compiled when it is first needed, from `jvp` and `vjp`; it
     is an operator, too, which gives derivatives of higher orders.
     """
-    return _Operator(with_free_parameters(kernel, "gacompiler.jax.operator()"))
+    found = _Operator(with_free_parameters(kernel, "gacompiler.jax.operator()"))
+    found.definition = kernel
+    return found
 
 
 class _Operator(Differentiable):
@@ -72,6 +74,9 @@ class _Operator(Differentiable):
         """Evaluate the kernel."""
         self.check_number(arrays)
         return self.one_or_all(self.primitive.bind(*self._of_one_type(arrays)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return operator, (self.definition,)
 
     def _of_one_type(self, arrays: Sequence[Any]) -> list[Any]:
         ready = [jax.numpy.asarray(x) for x in arrays]
@@ -124,7 +129,7 @@ class _Operator(Differentiable):
     def _gradient(self, place: int, arguments: Sequence[Any], cotangents: Sequence[Any], like: Any) -> Any:
         """Return the gradient with respect to one argument, summed over the axes along which it was broadcast."""
         *_, found = self.pull(place)(*arguments, *cotangents)
-        if self.has_gradient_of_one_row(place):
+        if self.has_rows_of_one_number(place):
             found = found.squeeze(-1)
         extra = found.ndim - len(like.shape)
         found = found.sum(tuple(range(extra)))

@@ -12,7 +12,7 @@ The C library reads and writes tensors in place. The operators are batched by `t
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 from .differentiable import Differentiable, with_free_parameters
@@ -56,7 +56,9 @@ def operator(kernel: Kernel) -> Callable[..., Any]:
     of the compiled kernel. The derivative by a parameter is compiled when it is first needed, from `vjp`; it is an
     operator, too, which gives derivatives of higher orders.
     """
-    return _Operator(with_free_parameters(kernel, "gacompiler.torch.operator()"))
+    found = _Operator(with_free_parameters(kernel, "gacompiler.torch.operator()"))
+    found.definition = kernel
+    return found
 
 
 class _Operator(Differentiable):
@@ -69,13 +71,38 @@ class _Operator(Differentiable):
 
     def __call__(self, *tensors: torch.Tensor) -> Any:
         """Evaluate the kernel."""
-        self.check_number(tensors)
-        for x, parameter in zip(tensors, self.kernel.parameters, strict=True):
-            if not isinstance(x, torch.Tensor):
-                found = f"an object of type {type(x).__name__}"
-                raise KernelError(f"{self.kernel.name}: {parameter.name}", found, "a tensor of torch")
-        # Graphs of torch.compile need a registered operator; torch.func needs a function with a context of its own.
-        return (self.registered if torch.compiler.is_compiling() else self._differentiable.apply)(*tensors)
+        ready = self._of_one_type(tensors)
+        # Graphs of torch.compile need a registered operator; torch.func needs a function with its own context, because
+        # registered operators have no forward derivatives: they would be zero without an error.
+        in_graph = torch.compiler.is_compiling() and torch._C._functorch.maybe_current_level() is None
+        return (self.registered if in_graph else self._differentiable.apply)(*ready)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return operator, (self.definition,)
+
+    def _of_one_type(self, given: Sequence[Any]) -> list[torch.Tensor]:
+        """Check the arguments; where torch chooses types (`torch.autocast`), narrow ones become float32."""
+        self.check_number(given)
+        found: list[torch.Tensor] = []
+        for x, parameter in zip(given, self.kernel.parameters, strict=True):
+            if not isinstance(x, torch.Tensor) or x.layout != torch.strided:
+                is_tensor, kind = isinstance(x, torch.Tensor), type(x).__name__
+                wrong = f"the layout {x.layout}" if is_tensor else f"an object of type {kind}"
+                raise KernelError(f"{self.kernel.name}: {parameter.name}", wrong, "a dense tensor of torch")
+            narrow = x.is_floating_point() and x.element_size() < 4
+            found.append(x.float() if narrow and torch.is_autocast_enabled(x.device.type) else x)
+        first = next(x for place, x in enumerate(found) if not self.is_index(place))
+        for place, x in enumerate(found):
+            is_index = self.is_index(place)
+            whole = not (x.is_floating_point() or x.is_complex() or x.dtype == torch.bool)
+            if (whole if is_index else x.is_floating_point() and x.dtype == first.dtype) and x.device == first.device:
+                continue
+            kind = "integers" if is_index else f"{first.dtype}" if first.is_floating_point() else "real numbers"
+            expected = f"{kind} on {first.device}, as the first tensor that is no table of rows"
+            raise KernelError(
+                f"{self.kernel.name}: {self.kernel.parameters[place].name}", f"{x.dtype} on {x.device}", expected
+            )
+        return found
 
     def _custom_operator(self) -> Any:
         names = ", ".join(f"Tensor {parameter.name}" for parameter in self.kernel.parameters)
@@ -96,17 +123,27 @@ class _Operator(Differentiable):
 
     def value(self, *tensors: torch.Tensor) -> Any:
         """Return the results for tensors of one type."""
-        kind = next(x.dtype for x in tensors if x.is_floating_point())
+        kind, device = next(x.dtype for x in tensors if x.is_floating_point()), tensors[0].device
         narrow = kind not in (torch.float32, torch.float64)
-        arrays = []
-        for place, x in enumerate(tensors):
-            is_index = self.is_index(place)
-            if x.device.type != "cpu" or (x.is_floating_point() == is_index or (not is_index and x.dtype != kind)):
-                expected = "integers" if is_index else f"{kind}, the type of the first tensor, which is real"
-                name = self.kernel.parameters[place].name
-                raise KernelError(f"{self.kernel.name}: {name}", f"{x.dtype} on {x.device}", f"{expected}, on the CPU")
-            arrays.append((x.float() if narrow and not is_index else x).detach().numpy())
-        return self.one_or_all([torch.from_numpy(each).to(kind) for each in self.evaluated(arrays)])
+        ready = [(x.float() if narrow and x.is_floating_point() else x).detach() for x in tensors]
+        if device.type not in ("cpu", "cuda"):
+            raise KernelError(self.kernel.name, f"tensors on {device}", "tensors on the CPU or on CUDA")
+        found = (self.on_processor if device.type == "cpu" else self.on_device)(ready)
+        return self.one_or_all([each.to(kind) for each in found])
+
+    def on_processor(self, tensors: Sequence[torch.Tensor]) -> Sequence[torch.Tensor]:
+        """Return the results for tensors on the CPU, which the C library reads and writes in place."""
+        return [torch.from_numpy(each) for each in self.evaluated([x.numpy(force=True) for x in tensors])]
+
+    def on_device(self, tensors: Sequence[torch.Tensor]) -> Sequence[torch.Tensor]:
+        """Return the results for tensors on a device."""
+        return self._device_function(tensors)
+
+    @cached_property
+    def _device_function(self) -> Callable[[Sequence[torch.Tensor]], Sequence[torch.Tensor]]:
+        from .torch_devices import on_device
+
+        return on_device(self.kernel, self.function)
 
     def saved(self, ctx: Any, inputs: Any, output: Any) -> None:
         """Store what `cotangents` needs."""
@@ -145,7 +182,7 @@ class _Operator(Differentiable):
     def gradient(self, place: int, tensors: Sequence[torch.Tensor], cotangents: Sequence[torch.Tensor]) -> Any:
         """Return the gradient with respect to one argument, summed over the axes along which it was broadcast."""
         *_, found = self.pull(place)(*tensors, *cotangents)
-        if self.has_gradient_of_one_row(place):
+        if self.has_rows_of_one_number(place):
             found = found.squeeze(-1)
         return found.sum_to_size(tensors[place].shape)
 

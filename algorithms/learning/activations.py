@@ -91,6 +91,11 @@ class Gate(Defined):
     The square of the norm is that of the metric, which all rotations of the algebra preserve.
     """
 
+    @property
+    def arrays(self) -> int:
+        """The number of arrays of parameters."""
+        return 2
+
     def initial(self, algebra: Algebra, channels: int, random: np.random.Generator) -> list[Array]:
         """Return random parameters."""
         return [np.ones((channels, algebra.n + 1)), np.zeros((channels, algebra.n + 1))]

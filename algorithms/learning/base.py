@@ -62,6 +62,11 @@ class Defined(Layer):
     G(3,0,1), motions and reflections of space are among them, in G(1,3) boosts, and in G(4,1) conformal maps.
     """
 
+    @property
+    def arrays(self) -> int:
+        """The number of arrays of parameters."""
+        return 0
+
     def definition(self, f: Functions, algebra: Algebra, x: Tensor, parameters: Sequence[Tensor]) -> Tensor:
         """Compute the result by functions of arrays."""
         raise NotImplementedError

@@ -18,6 +18,11 @@ class GradeLinear(Defined):
 
     channels: int
 
+    @property
+    def arrays(self) -> int:
+        """The number of arrays of parameters."""
+        return 2
+
     def output(self, algebra: Algebra, channels: int) -> Shape:
         """Return the algebra and the number of channels of the result."""
         return algebra, self.channels
@@ -37,6 +42,11 @@ class GradeLinear(Defined):
 class GradeProduct(Defined):
     """Products of the channels with linear combinations of them, with a weight for each triple of grades."""
 
+    @property
+    def arrays(self) -> int:
+        """The number of arrays of parameters."""
+        return 3
+
     def initial(self, algebra: Algebra, channels: int, random: np.random.Generator) -> list[Array]:
         """Return random parameters."""
         weights = random.normal(size=(channels, len(algebra.paths))) / np.sqrt(algebra.n + 1)
@@ -55,6 +65,11 @@ class Norm(Defined):
     The mean is that over the channels. Squares are those of the metric, which may be negative; their mean square is
     not, and makes large parts of the size of 1. Parts without a norm, such as null vectors, are not changed.
     """
+
+    @property
+    def arrays(self) -> int:
+        """The number of arrays of parameters."""
+        return 1
 
     def initial(self, algebra: Algebra, channels: int, random: np.random.Generator) -> list[Array]:
         """Return parameters, which are 1."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -11,9 +10,7 @@ import numpy as np
 from ..extras import extra
 from .algebra import Algebra
 from .base import Defined, Layer
-from .framework_functions import arrays_of, jax_functions, one_by_one, torch_functions
-
-_numbers = itertools.count()
+from .framework_functions import check_neighbours, jax_functions, torch_functions, torch_products, type_error
 
 
 def _checks(layer: Layer, algebra: Algebra, channels: int) -> Callable[[Any, Sequence[Any]], None]:
@@ -29,94 +26,26 @@ def _checks(layer: Layer, algebra: Algebra, channels: int) -> Callable[[Any, Seq
     return check
 
 
-def _type_error(layer: Layer, given: Sequence[Any]) -> TypeError:
-    found = ", ".join(str(one.dtype) for one in given)
-    return TypeError(f"{layer}: x and parameters of {found}; expected one floating-point type")
-
-
 def torch_operator(layer: Layer, algebra: str | Algebra, channels: int) -> Callable[..., Any]:
     """Return a layer as a function for torch, of x (batch, channels, blades) and a list of parameters.
 
     It has derivatives, is batched by ``torch.vmap``, and does not break graphs of ``torch.compile``. Equivariant layers
-    consist of functions of torch and of products, and have derivatives of every order. Other layers are operators.
+    consist of functions of torch and of products, and have forward and reverse derivatives of every order. Other layers
+    are operators with first reverse derivatives.
     """
     with extra("peers", "algorithms.learning.frameworks"):
-        import torch
+        from .torch_modules import check_types, operator_of
     algebra = Algebra.of(algebra)
-    (after, out), name = layer.output(algebra, channels), f"geometric::{type(layer).__name__.lower()}_{next(_numbers)}"
-    check = _checks(layer, algebra, channels)
-    if isinstance(layer, Defined):
-        functions = torch_functions()(algebra)
-
-        def defined(x: Any, parameters: Sequence[Any]) -> Any:
-            check(x, parameters)
-            return layer.definition(functions, algebra, x, parameters)
-
-        return defined
-
-    def tensor_of(result: Any, given: Any, dtype: Any) -> Any:
-        """Return a result as a tensor of its own memory."""
-        own = np.ascontiguousarray(result, given[0].dtype)
-        own = own.copy() if any(np.may_share_memory(own, one) for one in given) else own
-        return torch.from_numpy(own).to(dtype)
-
-    def value(x: torch.Tensor, parameters: list[torch.Tensor]) -> torch.Tensor:
-        (given,), own = arrays_of([x]), arrays_of(parameters)
-        return tensor_of(layer.value(algebra, given, own), [given], x.dtype)
-
-    def pull(x: torch.Tensor, parameters: list[torch.Tensor], y: torch.Tensor, d: torch.Tensor) -> list[torch.Tensor]:
-        given, result, cotangent = arrays_of([x, y, d])
-        dx, others = layer.pull(algebra, given, arrays_of(parameters), result, cotangent)
-        return [tensor_of(one, [given, result, cotangent], x.dtype) for one in (dx, *others)]
-
-    # Annotations are read by torch, which needs types instead of their names.
-    tensor, tensors = torch.Tensor, list[torch.Tensor]
-    value.__annotations__ = {"x": tensor, "parameters": tensors, "return": tensor}
-    pull.__annotations__ = {"x": tensor, "parameters": tensors, "y": tensor, "d": tensor, "return": tensors}
-    run: Any = torch.library.custom_op(name, value, mutates_args=())
-    back: Any = torch.library.custom_op(name + "_pull", pull, mutates_args=())
-    run.register_fake(lambda x, parameters: x.new_empty((x.shape[0], out, after.size)))
-    back.register_fake(lambda x, parameters, y, d: [torch.empty_like(one) for one in (x, *parameters)])
-
-    def setup(ctx: Any, inputs: Any, output: Any) -> None:
-        ctx.save_for_backward(inputs[0], *inputs[1], output)
-
-    def backward(ctx: Any, d: Any) -> Any:
-        x, *parameters, y = ctx.saved_tensors
-        dx, *others = back(x, parameters, y, d)
-        return dx, others
-
-    run.register_autograd(backward, setup_context=setup)
-
-    for operator in (run, back):
-        operator.register_vmap(one_by_one(operator))
-    base: Any = torch.autograd.Function
-
-    class Function(base):  # type: ignore[misc]
-        """The same outside of graphs, where calls of registered operators take longer than narrow layers."""
-
-        @staticmethod
-        def forward(x: Any, *parameters: Any) -> Any:
-            return value(x, list(parameters))
-
-        @staticmethod
-        def setup_context(ctx: Any, inputs: Any, output: Any) -> None:
-            ctx.save_for_backward(*inputs, output)
-
-        @staticmethod
-        def backward(ctx: Any, d: Any) -> Any:
-            x, *parameters, y = ctx.saved_tensors
-            return tuple((back if d.requires_grad else pull)(x, parameters, y, d))
-
-        @staticmethod
-        def vmap(info: Any, dims: Any, *given: Any) -> Any:
-            return one_by_one(lambda x, *own: run(x, list(own)))(info, dims, *given)
+    layer.output(algebra, channels)
+    check, functions = _checks(layer, algebra, channels), torch_functions()(torch_products(algebra)[0])
+    run = None if isinstance(layer, Defined) else operator_of(layer, algebra, channels)
 
     def called(x: Any, parameters: Sequence[Any]) -> Any:
         check(x, parameters)
-        if not all(one.is_floating_point() and one.dtype == x.dtype for one in (x, *parameters)):
-            raise _type_error(layer, (x, *parameters))
-        return run(x, list(parameters)) if torch.compiler.is_compiling() else Function.apply(x, *parameters)
+        if run is not None:
+            return run(x, parameters)
+        check_types(layer, (x, *parameters))
+        return layer.definition(functions, algebra, x, parameters)  # type: ignore[attr-defined]
 
     return called
 
@@ -143,7 +72,10 @@ def torch_module(
     -------
     torch.nn.Module
         It maps x (..., channels, blades) to y (..., channels, blades); leading axes are those of x. Its parameters have
-        the default type of torch; ``module.double()`` converts them. Values are computed on the CPU.
+        the default type of torch; ``module.double()`` converts them. Equivariant layers take tensors on
+        all devices; on the CPU, their products are those of the generated kernels. The module may also be called with
+        integers (2, pairs), neighbours for `Messages` without any: places among all rows (channels, blades) of x that
+        get messages, and those that send them. An edge index of PyTorch Geometric has them in the other order.
 
     Raises
     ------
@@ -152,53 +84,27 @@ def torch_module(
         channels or blades.
     """
     with extra("peers", "algorithms.learning.frameworks"):
-        import torch
+        from .torch_modules import LayerModule, LayerSequence
     stages = [layers] if isinstance(layers, Layer) else list(layers)
     if not stages:
         raise ValueError("torch_module: no layers; expected at least one")
     algebra, random = Algebra.of(algebra), np.random.default_rng(seed)
 
-    class Module(torch.nn.Module):  # type: ignore[misc]
-        def __init__(self, layer: Layer, algebra: Algebra, channels: int) -> None:
-            super().__init__()
-            self.layer, self.algebra, self.shape = layer, algebra, (channels, algebra.size)
-            self.weights = torch.nn.ParameterList(
-                torch.nn.Parameter(torch.tensor(own, dtype=torch.get_default_dtype()))
-                for own in layer.initial(algebra, channels, random)
-            )
-            self._run = torch_operator(layer, algebra, channels)
-            self._functions = torch_functions()(algebra), torch_functions()(algebra, training=True)
-
-        def forward(self, x: torch.Tensor) -> torch.Tensor:
-            """Compute the results of the layer."""
-            if tuple(x.shape[-2:]) != self.shape:
-                found, expected = tuple(x.shape), "(..., {}, {})".format(*self.shape)
-                raise ValueError(f"{self.layer}: x has shape {found}; expected {expected}, channels and blades")
-            given, weights = x.reshape(-1, *self.shape), list(self.weights)
-            if isinstance(self.layer, Defined):
-                y: Any = self.layer.definition(self._functions[self.training], self.algebra, given, weights)
-            else:
-                y = self._run(given, weights)
-            return y.reshape(*x.shape[:-2], *y.shape[1:])
-
-        def extra_repr(self) -> str:
-            """Return the layer with the numbers of channels and blades that it takes."""
-            return f"{self.layer}, channels={self.shape[0]}, blades={self.shape[1]}"
-
     modules = []
     for layer in stages:
         if equivariant:
             layer.symmetry(algebra)
-        modules.append(Module(layer, algebra, channels))
+        modules.append(LayerModule(layer, algebra, channels, random))
         algebra, channels = layer.output(algebra, channels)
-    return modules[0] if isinstance(layers, Layer) else torch.nn.Sequential(*modules)
+    return modules[0] if isinstance(layers, Layer) else LayerSequence(*modules)
 
 
 def jax_function(layer: Layer, algebra: str | Algebra, channels: int) -> Callable[..., Any]:
     """Return a layer as a function of jax, of x (batch, channels, blades) and parameters, with reverse derivatives.
 
     It can be compiled and batched; it calls the kernels by ``jax.pure_callback``. Equivariant layers have derivatives
-    of every order, and take ``key``, a key of random numbers, for the choices of `Dropout` in training.
+    of every order, and take ``key``, a key of random numbers, for the choices of `Dropout` in training. They take
+    ``neighbours`` (2, pairs) for `Messages` without any, as `torch_module` does.
     """
     with extra("peers", "algorithms.learning.frameworks"):
         import jax
@@ -209,14 +115,20 @@ def jax_function(layer: Layer, algebra: str | Algebra, channels: int) -> Callabl
     def check(x: Any, own: Sequence[Any]) -> None:
         check_shapes(x, own)
         if not all(jax.numpy.issubdtype(one.dtype, jax.numpy.floating) for one in (x, *own)):
-            raise _type_error(layer, (x, *own))
+            raise type_error(layer, (x, *own))
 
     if isinstance(layer, Defined):
         functions = jax_functions()
 
-        def defined(x: Any, *own: Any, key: Any = None) -> Any:
+        def defined(x: Any, *own: Any, key: Any = None, neighbours: Any = None) -> Any:
             check(x, own)
-            return layer.definition(functions(algebra, key), algebra, x, own)
+            if neighbours is not None:
+                neighbours = jax.numpy.asarray(neighbours)
+                check_neighbours(layer, neighbours, jax.numpy.issubdtype(neighbours.dtype, np.integer))
+                known = not isinstance(neighbours, jax.core.Tracer) and neighbours.size
+                if known and not 0 <= neighbours.min() <= neighbours.max() < len(x):  # jax would take the nearest row
+                    raise ValueError(f"{layer}: neighbours {neighbours}; expected places of {len(x)} rows")
+            return layer.definition(functions(algebra, key, neighbours), algebra, x, own)
 
         return defined
 

@@ -6,7 +6,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ..precision import NEGLIGIBLE
+from ..precision import NEGLIGIBLE, SINGLE
 from .blade_signs import Integers, Signs
 from .svm_kernels import Floats, Kernel
 
@@ -174,6 +174,8 @@ def check_finite(values: Floats) -> None:
 def check_definite(rows: GramRows, m: int, signs: Signs) -> None:
     """Raise an error if the Gram matrix of samples and components has a negative eigenvalue.
 
+    Numbers that single precision holds are those of a kernel that was computed in it, and has its rounding errors.
+
     Raises
     ------
     ValueError
@@ -183,9 +185,12 @@ def check_definite(rows: GramRows, m: int, signs: Signs) -> None:
     check_finite(block)
     matrix = expanded(block, 1 if rows.size == 1 else m, signs)
     largest = max(float(np.abs(matrix).max()), np.finfo(float).tiny)
-    if np.abs(matrix - matrix.T).max() > 1e-8 * largest:
+    with np.errstate(over="ignore"):
+        is_single = np.array_equal(matrix, matrix.astype(np.float32))
+    rounding = SINGLE if is_single else NEGLIGIBLE
+    if np.abs(matrix - matrix.T).max() > max(1e-8, rounding) * largest:
         raise ValueError("kernel: K(y, x) is not the reverse of K(x, y); expected a symmetric Gram matrix")
-    floor = NEGLIGIBLE * largest * len(matrix)
+    floor = rounding * largest * len(matrix)
     try:
         scipy.linalg.cholesky(matrix + floor * np.eye(len(matrix)), lower=True, check_finite=False)
     except scipy.linalg.LinAlgError:

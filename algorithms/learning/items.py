@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 
@@ -33,12 +32,6 @@ def _each(items: int, channels: int, where: Layer) -> int:
     return channels // items
 
 
-@cache
-def _count(layer: Layer, algebra: Algebra, channels: int) -> int:
-    """Return the number of arrays of parameters."""
-    return len(layer.initial(algebra, channels, np.random.default_rng()))
-
-
 @dataclass(frozen=True)
 class Residual(Defined):
     """The input plus the result of layers, one after the other."""
@@ -48,6 +41,11 @@ class Residual(Defined):
     def __post_init__(self) -> None:
         layers = listed(self.layers, "Residual", "layers")
         object.__setattr__(self, "layers", tuple(_checked(layer, "Residual") for layer in layers))
+
+    @property
+    def arrays(self) -> int:
+        """The number of arrays of parameters."""
+        return sum(layer.arrays for layer in self.layers)
 
     def output(self, algebra: Algebra, channels: int) -> Shape:
         """Return the algebra and the number of channels of the result."""
@@ -70,7 +68,7 @@ class Residual(Defined):
         """Compute the result by functions of arrays."""
         y, start, shape = x, 0, (algebra, x.shape[1])
         for layer in self.layers:
-            stop = start + _count(layer, *shape)
+            stop = start + layer.arrays
             y = layer.definition(f, shape[0], y, parameters[start:stop])
             start, shape = stop, layer.output(*shape)
         return x + y
@@ -114,6 +112,11 @@ class Each(Defined):
     def __post_init__(self) -> None:
         _checked(self.layer, "Each")
 
+    @property
+    def arrays(self) -> int:
+        """The number of arrays of parameters."""
+        return self.layer.arrays
+
     def output(self, algebra: Algebra, channels: int) -> Shape:
         """Return the algebra and the number of channels of the result."""
         after, count = self.layer.output(algebra, _each(self.items, channels, self))
@@ -148,6 +151,11 @@ class Attention(Defined):
 
     items: int
     heads: int = 1
+
+    @property
+    def arrays(self) -> int:
+        """The number of arrays of parameters."""
+        return 8
 
     def output(self, algebra: Algebra, channels: int) -> Shape:
         """Return the algebra and the number of channels of the result."""
@@ -186,19 +194,29 @@ class Messages(Defined):
     Parameters
     ----------
     items : int
-    neighbours : tuple of (int, int)
-        Pairs of the item that gets a message and the item from which it comes.
+    neighbours : tuple of (int, int), optional
+        Pairs of the item that gets a message and the item from which it comes. By default, each sample is an item, and
+        modules of torch and functions of jax take the pairs with each call.
     """
 
-    items: int
-    neighbours: tuple[tuple[int, int], ...]
+    items: int = 1
+    neighbours: tuple[tuple[int, int], ...] | None = None
 
     def __post_init__(self) -> None:
+        if self.neighbours is None:
+            if self.items != 1:
+                raise ValueError(f"Messages: no neighbours of {self.items} items; expected pairs of numbers")
+            return
         pairs = [listed(pair, "Messages", "pairs") for pair in listed(self.neighbours, "Messages", "pairs")]
         numbers = [whole_number(k, "Messages: neighbour") for pair in pairs for k in pair]
         if not pairs or any(len(pair) != 2 for pair in pairs) or max(numbers) >= self.items:
             raise ValueError(f"Messages: {self.neighbours}; expected at least one pair of numbers below {self.items}")
         object.__setattr__(self, "neighbours", tuple(zip(numbers[::2], numbers[1::2], strict=True)))
+
+    @property
+    def arrays(self) -> int:
+        """The number of arrays of parameters."""
+        return 15
 
     def output(self, algebra: Algebra, channels: int) -> Shape:
         """Return the algebra and the number of channels of the result."""
@@ -214,19 +232,25 @@ class Messages(Defined):
 
     def definition(self, f: Functions, algebra: Algebra, x: Tensor, parameters: Sequence[Tensor]) -> Tensor:
         """Compute the result by functions of arrays."""
-        n, channels, size = x.shape
-        count, (first, second) = channels // self.items, np.array(self.neighbours).T
-        given = f.reshape(x, (n * self.items, count, size))
+        samples, channels, size = x.shape
+        if self.neighbours is not None:
+            n, items, (first, second) = samples, self.items, np.array(self.neighbours).T
+        elif f.neighbours is not None:
+            n, items, (first, second) = 1, samples, f.neighbours
+        else:
+            raise ValueError(f"{self}: no neighbours; expected them in the layer, or in a call of a module of torch")
+        count = channels // self.items
+        given = f.reshape(x, (n * items, count, size))
 
         def linear(k: int, y: Tensor) -> Tensor:
             return GradeLinear(count).definition(f, algebra, y, parameters[2 * k : 2 * k + 2])
 
         def pairs(k: int) -> Tensor:
-            own, other = (f.reshape(linear(j, given), (n, self.items, count * size)) for j in (k, k + 1))
+            own, other = (f.reshape(linear(j, given), (n, items, count * size)) for j in (k, k + 1))
             return f.reshape(f.rows(own, first) + f.rows(other, second), (n * len(first), count, size))
 
         products = f.weighted(algebra, pairs(0), pairs(2), parameters[12])
         messages = Gate().definition(f, algebra, products, parameters[13:])
-        total = f.sum_rows(f.reshape(messages, (n, len(first), count * size)), first, self.items)
-        y = linear(4, given) + linear(5, f.reshape(total, (n * self.items, count, size)))
+        total = f.sum_rows(f.reshape(messages, (n, len(first), count * size)), first, items)
+        y = linear(4, given) + linear(5, f.reshape(total, (n * items, count, size)))
         return f.reshape(y, x.shape)

@@ -48,7 +48,15 @@ class Tensor(Protocol):
 
 
 class Functions(ABC):
-    """What definitions of layers are made of, beside the arithmetic of arrays."""
+    """What definitions of layers are made of, beside the arithmetic of arrays.
+
+    Attributes
+    ----------
+    neighbours : array or None
+        (2, pairs) The neighbours that were passed with a call: places that get messages, and those that send them.
+    """
+
+    neighbours: Any = None
 
     @abstractmethod
     def exp(self, x: Any) -> Tensor:

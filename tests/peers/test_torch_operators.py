@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 from collections.abc import Callable
 from typing import Any
 
@@ -9,6 +11,8 @@ import pytest
 from operator_kernels import SHAPES, arm, compile_quickly, move_point, picked
 
 import gacompiler
+from gacompiler import SCALAR, array, kernel
+from gacompiler.algebra.catalog import VGA3
 from gacompiler.errors import KernelError
 
 pytestmark = pytest.mark.peers
@@ -99,6 +103,10 @@ def test_graphs_without_breaks() -> None:
         cost(one, p).backward()
         compiled(other, p).backward()
         assert torch.allclose(one.grad, other.grad, rtol=1e-13)
+    for transform in (torch.func.jacfwd, torch.func.grad, torch.func.hessian):  # which break them, or are eager
+        transformed = transform(lambda m: cost(m, p))
+        given = one.detach()
+        assert torch.allclose(torch.compile(transformed, backend="aot_eager")(given), transformed(given), rtol=1e-13)
     torch.library.opcheck(g.registered, tuple(tensors((5, 8), (3,))))
 
 
@@ -110,6 +118,41 @@ def test_narrow_types(kind: str, error: float) -> None:
     exact = operator(move_point)(m.to(dtype).double(), p.to(dtype).double())
     assert found.dtype == dtype
     assert ((found.double() - exact).abs().max() / exact.abs().max()) < error
+
+
+def test_autocast_and_copies() -> None:
+    """Narrow tensors that torch chooses become float32; copies and pickles of operators are the operators."""
+    g = operator(move_point)
+    m, p = tensors((5, 8), (5, 3), dtype=torch.float32)
+    with torch.autocast("cpu", dtype=torch.bfloat16):
+        narrow = m @ torch.eye(8)
+        found = g(narrow, p)
+    assert narrow.dtype == torch.bfloat16 and found.dtype == torch.float32
+    assert torch.equal(found, g(narrow.float(), p))
+    found.sum().backward()
+    assert m.grad.dtype == torch.float32 and m.grad.any()
+    assert copy.deepcopy(g) is copy.copy(g) is g
+    assert pickle.loads(pickle.dumps(g)) is g
+
+
+@kernel(x=array(SCALAR, 3), v=VGA3.VECTOR)
+def cubed(x, v):
+    """Scale a vector by numbers of a fixed array."""
+    return x[0] * x[1] * x[1] * x[2] * v
+
+
+def test_arrays_of_fixed_length() -> None:
+    """Their gradients are rows of one number; those of vectors of coefficients are such arrays, too."""
+    given = tensors((2, 3), (4, 1, 3))
+    assert torch.autograd.gradcheck(operator(cubed), given)
+    assert torch.autograd.gradgradcheck(operator(cubed), given)
+    (m, v, p) = (x.detach() for x in tensors((8,), (8,), (4, 3)))
+
+    def cost(x: Any) -> Any:
+        return (operator(move_point)(x, p) ** 2).sum()
+
+    product = torch.autograd.functional.hvp(cost, m, v)[1]
+    assert torch.allclose(product, torch.func.hessian(cost)(m) @ v, rtol=1e-11)
 
 
 def test_memory_orders_and_empty_batches() -> None:
@@ -133,7 +176,16 @@ def test_messages() -> None:
         g(m)
     with pytest.raises((ValueError, TypeError), match="m"):
         g(m[:7], p)
-    with pytest.raises(KernelError, match=r"move_point: m.*an object of type ndarray.*a tensor of torch"):
+    with pytest.raises(KernelError, match=r"move_point: m.*an object of type ndarray.*a dense tensor of torch"):
         g(m.detach().numpy(), p)
+    with pytest.raises(KernelError, match=r"move_point: p.*the layout torch.sparse_coo.*a dense tensor of torch"):
+        g(m, p.detach().to_sparse())
+    for kind in (torch.int64, torch.bool, torch.complex128):
+        with pytest.raises(KernelError, match=rf"move_point: m: {kind} on cpu; expected real numbers"):
+            g(m.detach().to(kind), p.detach().to(kind))
+    with pytest.raises(KernelError, match=r"move_point: p.*float64 on meta; expected torch.float64 on cpu"):
+        g(m, p.to("meta"))
+    with pytest.raises(KernelError, match=r"picked: rows.*float64 on cpu; expected integers"):
+        operator(picked)(p[None], m)
     with pytest.raises(KernelError, match=r"an object of type int.*@kernel"):
         operator(3)

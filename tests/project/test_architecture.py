@@ -65,7 +65,11 @@ ALLOWED: dict[str, set[str]] = {
     "runtime": {"errors", "frontend", "ir.cost_models", "passes", "backends", "generation", "cache_folder"},
     "scripts": {"algebra", "frontend", "cluscript", "runtime"},
     "differentiable": {"algebra", "errors", "frontend", "derivatives", "runtime", "numpy"},
-    "torch": {"errors", "frontend", "differentiable", "torch"},
+    "torch": {"errors", "frontend", "differentiable", "torch", "torch_devices"},
+    "torch_devices": {
+        *("errors", "ir", "frontend", "backends", "generation", "runtime", "cache_folder"),
+        *("gac_runtime.loop_arguments", "torch"),
+    },
     "jax": {"errors", "frontend", "differentiable", "numpy", "jax"},
     "objects": {
         *("objects", "errors", "algebra", "rings", "ir", "frontend", "passes", "backends", "generation", "runtime"),
