@@ -43,6 +43,8 @@ def gradient_vector_flow(
         In units of the inverse spacing.
     """
     array = checked_image(image, "image", (2, 3)).astype(float)
+    if min(array.shape) < 2:
+        raise ValueError(f"image: shape {array.shape}; expected axes of at least 2, which have a gradient")
     step = checked_spacing(spacing, array.ndim)
     positive_number(sharpness, "sharpness")
     whole_number(sweeps, "sweeps")
