@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import Reals, real_array
+from ..arguments import Reals, moderate, real_array
 from ..precision import TINY
 from .voting import VoteField, Votes
 
@@ -45,7 +45,7 @@ def finite_tokens(points: ArrayLike, dimensions: tuple[int, ...]) -> Reals:
     if places.ndim != 2 or places.shape[1] not in dimensions:
         expected = " or ".join(f"(n, {d})" for d in dimensions)
         raise ValueError(f"points: shape {places.shape}; expected {expected}")
-    return np.ascontiguousarray(places[np.isfinite(places).all(1)])
+    return moderate(np.ascontiguousarray(places[np.isfinite(places).all(1)]), "points")
 
 
 def climb(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,8 @@ _START, _END, _FACTOR = 2.0, 0.14, 0.92
 """First and last radius of correspondences in units of the spacing, and the factor from step to step."""
 _SOFTEST = 0.02
 """The last stiffness, in units of the first one."""
+_FITTED = 30
+"""A limit on work: points of the source whose displacements give that of a further point."""
 _MISSING = 0.01
 """The weight of the hypothesis that a target has no partner."""
 _MATCHED = 0.05
@@ -63,6 +65,39 @@ class Deformation:
     uncertainties: Reals
     status: DeformStatus
     closed: float = np.nan
+    _nodes: Reals | None = field(default=None, repr=False)
+    _shift: Reals | None = field(default=None, repr=False)
+
+    def warp(self, points: ArrayLike) -> Reals:
+        """Displace further points, such as those of a denser cloud.
+
+        The spline is that of least bending through the displacements of the source, from 30 neighbours. Linear maps are
+        continued exactly. Far from the source, displacements are a guess.
+
+        Parameters
+        ----------
+        points : array_like, (..., d)
+            Points near the source.
+
+        Returns
+        -------
+        array, (..., d)
+            The displaced points; unchanged if the source was, and NaN for points that are not finite.
+        """
+        d = self.points.shape[1]
+        places = np.array(real_array(points, "points", (d,), "points"), float)
+        rows = places.reshape(-1, d)
+        known = np.isfinite(rows).all(1)
+        rows[~known] = np.nan
+        if self._nodes is None or self._shift is None or not known.any():
+            return places
+        moderate(rows[known], "points")
+        middle, unit = self._nodes.mean(0), float(np.ptp(self._nodes, axis=0).max())
+        spline = scipy.interpolate.RBFInterpolator(
+            (self._nodes - middle) / unit, self._shift, min(_FITTED, len(self._nodes)), NEGLIGIBLE, "linear", degree=1
+        )
+        rows[known] += spline((rows[known] - middle) / unit)
+        return places
 
 
 def register_deformable(
@@ -119,7 +154,8 @@ def register_deformable(
     moves = _displaced(start, goal, float(stiffness), first)
     moved = places.copy()
     moved[own] += moves.shift
-    found = _result(moved, moves, own, others, seen)
+    nodes, first_rows = np.unique(start.points, axis=0, return_index=True)
+    found = replace(_result(moved, moves, own, others, seen), _nodes=nodes, _shift=moves.shift[first_rows])
     if found.status != DeformStatus.OK:
         return found
     back = _displaced(goal, start, float(stiffness), first)

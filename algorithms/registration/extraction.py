@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, finite_number
 from .ascent import finite_tokens
-from .curve_evidence import curve_status
+from .curve_evidence import curve_status, without_chance
 from .extremal import Extremal, no_extremal
 from .traced_curves import trace_curves
 from .vote_scale import default_sigma
@@ -102,8 +102,9 @@ def extract_curves(
         Polylines: each vertex belongs to at most two segments, and rings are closed. These are curves of tokens, and in
         space also those in which surfaces cross. Curves end at the last token, typically within half of sigma, and may
         have gaps of the length sigma at junctions. Those that are shorter than 3 sigma are left out, and parallel
-        curves closer to each other than half of sigma merge. The status is UNEXPLAINED if tokens beside the curves are
-        denser than by chance, as with noise of more than 0.15 sigma.
+        curves closer to each other than half of sigma merge. In the plane, curves that chance explains are left out.
+        The status is UNEXPLAINED if tokens beside the curves are denser than by chance, as with noise of more than 0.15
+        sigma.
 
     Raises
     ------
@@ -120,7 +121,7 @@ def extract_curves(
     for trial in scales:
         scale, step, share = _settings(trial, spacing, least)
         field = VoteField(tokens, scale, _CURVATURE)
-        found = trace_curves(field, scale, step, share, support, contrast)
+        found = without_chance(trace_curves(field, scale, step, share, support, contrast), field.tokens.points, scale)
         found = replace(found, status=curve_status(found, field.tokens, scale), sigma=scale)
         if found.status == CurveStatus.OK:
             break

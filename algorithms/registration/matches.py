@@ -160,6 +160,7 @@ def separate_motions(
     """
     pairs = ((source, "source"), (target, "target"))
     x, y = (np.array(real_array(p, name, (3,), "points"), float) for p, name in pairs)
+    x[~np.isfinite(x).all(-1) | ~np.isfinite(y).all(-1)] = np.nan  # differences of two infinite numbers would warn
     found: list[MatchRegistration] = []
     for _ in range(_ATTEMPTS * most):
         motion = register_matches(x, y, tolerance=tolerance)

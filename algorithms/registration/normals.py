@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, finite_number, real_array
-from ..precision import TINY
+from ..precision import SINGLE, TINY
 from .jets import jet_normals
 from .vote_scale import default_sigma
 from .vote_status import VoteStatus
@@ -32,7 +32,7 @@ class Normals:
     confidence : array, (n,)
         From 0 to 1: the saliency of the surface relative to the largest eigenvalue.
     status : int array, (n,)
-        `VoteStatus`
+        `VoteStatus`; UNDETERMINED also for points on a line in space, all of whose normals are equally possible.
     sigma : float
         The scale of the votes.
     """
@@ -66,11 +66,13 @@ def estimate_normals(points: ArrayLike, sigma: float | None = None, passes: int 
     places = real_array(points, "points", (-1,), "points")
     scale = default_sigma(places) if sigma is None else finite_number(sigma, "sigma")
     votes = tensor_vote(places, sigma=scale, passes=passes)
-    found = _oriented(votes)
     largest = votes.eigenvalues[:, 0]
     gap = largest - votes.eigenvalues[:, 1]
     confidence = np.where(largest > 0, gap / np.where(largest > 0, largest, 1), 0)
-    return Normals(found, confidence, votes.status, scale)
+    status = votes.status.copy()
+    status[(status == VoteStatus.OK) & (confidence <= SINGLE)] = VoteStatus.UNDETERMINED
+    votes = replace(votes, status=status)
+    return Normals(_oriented(votes), confidence, status, scale)
 
 
 def _oriented(votes: Votes) -> Reals:

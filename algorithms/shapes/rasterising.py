@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import Reals, finite, real_array, unmasked
+from ..arguments import Reals, finite, moderate, real_array, unmasked
 
 Mask = NDArray[np.bool_]
 
@@ -52,7 +52,7 @@ def checked_spacing(spacing: ArrayLike) -> Reals:
 
 def checked_balls(balls: ArrayLike, name: str = "balls") -> Reals:
     """Return rows of centres and radii as floats; radii must not be negative."""
-    rows = finite(real_array(balls, name, (4,), "centre and radius").astype(float), name)
+    rows = moderate(finite(real_array(balls, name, (4,), "centre and radius").astype(float), name), name)
     if rows.ndim != 2:
         raise ValueError(f"{name}: shape {rows.shape}; expected (k, 4), centres and radii")
     if (rows[:, 3] < 0).any():
@@ -65,7 +65,7 @@ def ball_in_grid(
     centre: Reals, radius: float, shape: tuple[int, ...], spacing: Reals
 ) -> tuple[tuple[slice, slice, slice], Mask]:
     """Return the part of a grid around a ball, and which of its voxels have their centre inside the ball."""
-    low = np.maximum(np.ceil((centre - radius) / spacing), 0).astype(int)
+    low = np.clip(np.ceil((centre - radius) / spacing), 0, shape).astype(int)
     high = np.maximum(np.minimum(np.floor((centre + radius) / spacing) + 1, shape).astype(int), low)
     i, j, k = ((np.arange(a, b) * h - c) ** 2 for a, b, h, c in zip(low, high, spacing, centre, strict=True))
     # One comparison of the whole box: the sum of the squares is needed in a plane only.

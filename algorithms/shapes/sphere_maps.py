@@ -63,7 +63,17 @@ def _affine(points: Reals, targets: Reals, weights: Reals) -> Map:
 
 def stretch(function: Map, balls: Reals) -> Reals:
     """Return the factor by which a map changes the radius of each ball: the cube root of that of its volume."""
+    return np.asarray(np.cbrt(np.abs(_volumes(function, balls))))
+
+
+def reverses(function: Map, balls: Reals) -> bool:
+    """Return whether a map turns most balls inside out, as reflections do, which no deformation of a body does."""
+    return bool(np.median(_volumes(function, balls)) < 0)
+
+
+def _volumes(function: Map, balls: Reals) -> Reals:
+    """Return the factor by which a map changes the volume of each ball, negative where it reflects."""
     arms = np.maximum(balls[:, 3], 1e-6)[:, None, None] * np.eye(3)
     ends = [function((balls[:, None, :3] + sign * arms).reshape(-1, 3)).reshape(-1, 3, 3) for sign in (1, -1)]
     across = (ends[0] - ends[1]) / (2 * np.maximum(balls[:, 3], 1e-6))[:, None, None]
-    return np.asarray(np.cbrt(np.abs(np.linalg.det(across))))
+    return np.asarray(np.linalg.det(across))

@@ -14,7 +14,7 @@ from ..arguments import Reals, finite, real_array
 from ..evidence import WRONG
 from .rasterising import checked_balls
 from .sphere_evidence import log_chance, moved_balls
-from .sphere_maps import FEWEST, Map, dimensions, fitted_map
+from .sphere_maps import FEWEST, Map, dimensions, fitted_map, reverses
 from .sphere_search import OUTLIER, likely_poses
 from .sphere_status import SphereMatchStatus
 
@@ -167,6 +167,8 @@ def _matched(first: Reals, second: Reals, kind: str, solid: bool) -> tuple[Map, 
 
 def _tried(first: Reals, second: Reals, kind: str, solid: bool, start: Map, temperature: float) -> tuple[Map, float]:
     found = _annealed(first, second, kind, start, temperature)
+    if reverses(found, first):
+        return found, 0.0  # the logarithm of a probability of 1
     _, matched, mean = _assigned(moved_balls(found, first), second, _END)
     return found, log_chance(kind, first, second, mean, matched, _STIFFNESS * _END, _RADII, solid)
 

@@ -21,8 +21,9 @@ class SphereMatchStatus(Status):
 
     OK = 0
     FEW_MATCHES = 1
-    """Chance explains the matches: maps fitted without some balls do not predict where these are. The map may be wrong.
-    If balls overlap, it moves the surfaces to each other as little as possible."""
+    """Chance explains the matches: maps fitted without some balls do not predict where these are, or the map reflects,
+    as of mirrored models. The map may be wrong. If balls overlap, it moves the surfaces to each other as little as
+    possible."""
     TOO_FEW_BALLS = 2
     """A model has too few balls for the kind of map; the map moves the mean and no more."""
     FLAT = 3

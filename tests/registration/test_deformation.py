@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 from selection import some_slow
 
 from algorithms.registration import DeformStatus, register_deformable
@@ -64,3 +66,32 @@ def test_bad_input_has_a_status_or_an_error() -> None:
         register_deformable(FACES[:, :3], FACES[:, :2])
     with pytest.raises(ValueError, match="stiffness"):
         register_deformable(FACES[:, :3], FACES[:, 3:], stiffness=0.0)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_further_points_follow_the_displacements(dimension: int) -> None:
+    """Points that are not in the source follow a linear map and a bent one of given form."""
+    rng = np.random.default_rng(4)
+    cloud = rng.uniform(-1, 1, (900, dimension))
+    source, further = cloud[:600], cloud[600:]
+    linear = np.eye(dimension) + 0.02 * rng.normal(size=(dimension, dimension))
+    found = register_deformable(source, source @ linear)
+    assert found.status == DeformStatus.OK
+    spacing = np.median(cKDTree(source).query(source, k=2)[0][:, 1])
+    own = np.abs(found.points - source @ linear).max()
+    assert np.abs(found.warp(further) - further @ linear).max() < own < 0.1 * spacing
+
+    def bent(x: Any) -> Any:
+        return x + 0.3 * spacing * np.sin(2 * x[:, ::-1])
+
+    found = register_deformable(source, bent(source))
+    inside = further[np.abs(further).max(1) < 0.9]
+    assert found.status == DeformStatus.OK
+    assert np.linalg.norm(found.warp(inside) - bent(inside), axis=1).mean() < 0.05 * spacing
+    np.testing.assert_allclose(found.warp(source), found.points, atol=1e-3 * spacing)
+    assert found.warp(np.zeros((0, dimension))).shape == (0, dimension)
+    assert np.isnan(found.warp(np.full(dimension, np.nan))).all()
+    with pytest.raises(ValueError, match="points: shape"):
+        found.warp(np.ones(4))
+    few = register_deformable(source[:2], source)
+    np.testing.assert_array_equal(few.warp(inside), inside)

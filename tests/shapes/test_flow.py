@@ -61,3 +61,9 @@ def test_streamlines_end_on_the_circle() -> None:
     samples, turned = streamline_samples(flow, starts, 120)
     assert turned.mean() > 0.9
     assert np.abs(np.hypot(*(samples[turned] - 32).T) - 14.6).max() < 1.2
+
+
+def test_images_without_a_gradient_are_named() -> None:
+    for shape in ((1, 1), (5, 1), (1, 4, 4)):
+        with pytest.raises(ValueError, match=r"image: shape .*; expected axes of at least 2"):
+            gradient_vector_flow(np.zeros(shape))

@@ -146,3 +146,14 @@ def test_models_of_one_surface_are_nearer_than_without_a_map() -> None:
         true = points + 1.5 * np.sin((true - 20)[:, [1, 2, 0]] / 9)
     off, before = (np.linalg.norm(x - true, axis=1).mean() for x in (found.warp(points), points))
     assert found.status is SphereMatchStatus.FEW_MATCHES and off < before
+
+
+@pytest.mark.parametrize("kind", ["slab", "walk"])
+def test_reflections_are_no_deformations(kind: str) -> None:
+    """A thin model is near its mirror image, and affine maps reflect others exactly."""
+    rng = np.random.default_rng(11)
+    centres = {"slab": rng.uniform(-1, 1, (80, 3)) * [15, 10, 2], "walk": rng.normal(size=(80, 3)).cumsum(0)}[kind]
+    model = np.column_stack([centres, rng.gamma(4, 0.2, 80)])
+    turned = np.column_stack([centres[:, [1, 2, 0]] + [3, -2, 1], model[:, 3]])
+    assert register_spheres(model, turned).status == SphereMatchStatus.OK
+    assert register_spheres(model, turned * [1, 1, -1, 1]).status == SphereMatchStatus.FEW_MATCHES
