@@ -92,9 +92,9 @@ def _function(name: str, a: Any, combined: Callable[[Pair, Pair], Any], circle: 
         return _of_number(name, a)
     blades = blades_of(a)
     if not any(blades):
+        if isinstance(a, Expression):
+            return _of_scalar(name, a)
         w = a["1"]
-        if isinstance(w, Expression):
-            return _of_scalar(name, w)
         return a.lift(_of_number(name, w)) if isinstance(a, Multivector) else _of_number(name, w)
     if is_precise(a):
         return combined((1, 0), waves(a, circle))
