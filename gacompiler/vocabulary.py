@@ -56,17 +56,24 @@ from .frontend.searches import first_row as first_row
 from .frontend.searches import least as least
 from .frontend.searches import pick as pick
 from .frontend.searches import row_numbers as row_numbers
+from .frontend.waves import cos as cos
+from .frontend.waves import cosh as cosh
+from .frontend.waves import sin as sin
+from .frontend.waves import sinh as sinh
+from .frontend.waves import tan as tan
+from .frontend.waves import tanh as tanh
 from .frontend.windows import window as window
 
 if not TYPE_CHECKING:
     # Type checkers cannot read a computed list; for them, `as` and `*` above declare what is exported.
     __all__ = sorted([
-        "Algebra", "Cl", "Family", "Kernel", "Layout", "Multivector", "SCALAR", "Space", "accumulate",
-        "all_rows", "any_row", "array", "compile", "count_rows", "cubic_roots", "each", "eigenvalues_symmetric",
+        "Algebra", "Cl", "Family", "Kernel", "Layout", "Multivector", "SCALAR", "Space", "accumulate", "all_rows",
+        "any_row", "array", "compile", "cos", "cosh", "count_rows", "cubic_roots", "each", "eigenvalues_symmetric",
         "eigenvectors_symmetric", "even_part", "exp", "first_row", "fold", "gather", "hessian_vector", "index",
         "interpolate", "inverse_matrix", "iterate", "jacobian", "jvp", "kernel", "least", "log",
         "matrix_determinant", "matrix_of", "odd_part", "outer_cos", "outer_exp", "outer_sin", "outer_tan", "pick",
         "power", "quadratic_roots", "quartic_roots", "random_integer", "read_cluscript", "robots", "row_numbers",
-        "scan", "scatter", "solve_linear", "solve_symmetric", "sqrt", "total", "transpose", "uniform", "vjp", "window",
+        "scan", "scatter", "sin", "sinh", "solve_linear", "solve_symmetric", "sqrt", "tan", "tanh", "total",
+        "transpose", "uniform", "vjp", "window",
         *frontend.operations.__all__,
     ])  # fmt: skip

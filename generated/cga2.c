@@ -2,7 +2,7 @@
 // command: gac generate --all cga2
 // spec: 417b4391ad4858fa
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: c753a7ab2bb8e48c3b4b91551ca13c967cef396d6960275837e60dc426ff7442
+// body: c06fe43b521cb568e4c40d8c2bd6285652a4d6950f6822290d3c7a069da3af96
 
 #ifndef REAL
 #include "cga2.h"
@@ -2448,7 +2448,7 @@ static INLINE void NAME(versor_logarithm_within)(const REAL *v, REAL *out)
     const REAL t1 = v_1 * v_1 - t0 - (REAL)1;
     const REAL t2 = ABS(v_1);
     const REAL t3 = t1 * t1 + t2 * (t0 * t2 * (REAL)4);
-    const REAL t4 = LESS(t3, t2 * (REAL)1e-36);
+    const REAL t4 = LESS(t3, (REAL)1e-36);
     const REAL t5 = SQRT(SELECT(t4, (REAL)1, t3));
     const REAL t6 = SELECT(t4, (REAL)0, t5);
     const REAL t7 = t1 + t0 * (REAL)2;
@@ -2517,29 +2517,20 @@ INLINE void NAME(versor_square_root)(const REAL *v, REAL *out)
 {
     const REAL v_1 = v[0], v_e12 = v[1], v_e10 = v[2], v_e20 = v[3], v_e1inf = v[4], v_e2inf = v[5], v_e0inf = v[6],
         v_e012inf = v[7];
-    const REAL t0 = SELECT(LESS(v_1, (REAL)0), (REAL)-1, (REAL)1);
-    const REAL t1 = v_e012inf * t0;
-    const REAL t2 = (REAL)2 * t1;
-    const REAL t3 = ((REAL)1 + ABS(v_1)) * (REAL)2;
-    const REAL t4 = SQRT(t3 * t3 + t2 * t2);
-    const REAL t5 = SQRT((t3 + t4) * (REAL)0.5);
-    const REAL t6 = t1 / t5;
-    const REAL t7 = (REAL)1 + v_1 * t0;
-    const REAL t8 = (REAL)1 / t4;
-    const REAL t9 = v_e0inf * t0;
-    const REAL t10 = v_e12 * t0;
-    const REAL t11 = v_e20 * t0;
-    const REAL t12 = v_e10 * t0;
-    const REAL t13 = v_e2inf * t0;
-    const REAL t14 = v_e1inf * t0;
-    out[0] = t8 * (t5 * t7 + t1 * t6);
-    out[1] = t8 * (t5 * t10 - t6 * t9);
-    out[2] = t8 * (t5 * t12 + t6 * t11);
-    out[3] = t8 * (t5 * t11 - t6 * t12);
-    out[4] = t8 * (t5 * t14 - t6 * t13);
-    out[5] = t8 * (t5 * t13 + t6 * t14);
-    out[6] = t8 * (t5 * t9 + t6 * t10);
-    out[7] = t8 * (t1 * t5 - t7 * t6);
+    const REAL t0 = (REAL)2 + ABS(v_1) * (REAL)2;
+    const REAL t1 = SQRT(t0 * t0 + v_e012inf * v_e012inf * (REAL)4);
+    const REAL t2 = SQRT((t0 + t1) * (REAL)0.5);
+    const REAL t3 = SELECT(LESS(v_1, (REAL)0), (REAL)-1, (REAL)1);
+    const REAL t4 = t3 * (t2 / t1);
+    const REAL t5 = v_e012inf * ((REAL)-1 / (t1 * t2));
+    out[0] = (REAL)0.5 * t2;
+    out[1] = v_e12 * t4 + v_e0inf * t5;
+    out[2] = v_e10 * t4 - v_e20 * t5;
+    out[3] = v_e20 * t4 + v_e10 * t5;
+    out[4] = v_e1inf * t4 + v_e2inf * t5;
+    out[5] = v_e2inf * t4 - v_e1inf * t5;
+    out[6] = v_e0inf * t4 - v_e12 * t5;
+    out[7] = v_e012inf * t3 / ((REAL)2 * t2);
 }
 
 #define PARTS_versor_square_root(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 8, 8, 1, 8)

@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: 304fccca89e1b33a
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: f31fc7d6e5568364d62ba4a78080ffb29a2bdc9e425303015002853b05c977fb
+// body: a275ea5aba100df762b5e6c7d3e65c793529e0280efc71fd132b740c4c11d34d
 /* cga3
    Conformal geometry of space in G(4,1) with the null basis ``e0, einf`` and ``einf . e0 = -1``.
    
@@ -1815,8 +1815,8 @@ void cga3_versor_exponential_loop_f32(char **args, const intptr_t *dimensions, c
          e130inf, e230inf; unit.
      out[10]  CGA3.POINT_PAIR: e12, e13, e23, e10, e20, e30, e1inf, e2inf, e3inf, e0inf.
    Assumes ``v ~v = 1``.
-   Costs 153 mul, 98 add, 8 div, 4 sqrt, 3 call, 52 choice.
-   Error: 3.1 ulp of the largest coefficient, 64 random inputs. */
+   Costs 220 mul, 135 add, 9 div, 5 sqrt, 3 call, 69 choice.
+   Error: 2.5 ulp of the largest coefficient, 64 random inputs. */
 void cga3_versor_logarithm_f64(const double *v, double *out);
 void cga3_versor_logarithm_f32(const float *v, float *out);
 void cga3_versor_logarithm_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);
@@ -1828,8 +1828,8 @@ void cga3_versor_logarithm_loop_f32(char **args, const intptr_t *dimensions, con
      out[16]  CGA3.UNIT_EVEN: 1, e12, e13, e23, e10, e20, e30, e1inf, e2inf, e3inf, e0inf, e1230, e123inf,
          e120inf, e130inf, e230inf; unit.
    Assumes ``v ~v = 1``.
-   Costs 126 mul, 87 add, 2 div, 2 sqrt, 3 choice.
-   Error: 3.4 ulp of the largest coefficient, 64 random inputs. */
+   Costs 136 mul, 76 add, 5 div, 3 sqrt, 21 choice.
+   Error: 1.6 ulp of the largest coefficient, 64 random inputs. */
 void cga3_versor_square_root_f64(const double *v, double *out);
 void cga3_versor_square_root_f32(const float *v, float *out);
 void cga3_versor_square_root_loop_f64(char **args, const intptr_t *dimensions, const intptr_t *steps);

@@ -2,7 +2,7 @@
 // command: gac generate --all sta
 // spec: 4adedc84585cfac7
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: ec1dc6b9b2ac0c32e1a6b7ed62800fb1e2335ad042172a5868bfd3abdccba9c7
+// body: f8e591f0ce9437fa5bb4b0f3a3c1b5b32e681fa7b04cff7eb95c76a9efb29480
 
 #ifndef REAL
 #include "sta.h"
@@ -1034,7 +1034,7 @@ static INLINE void NAME(rotor_logarithm_within)(const REAL *r, REAL *out)
     const REAL t1 = r_1 * r_1 - t0 - (REAL)1;
     const REAL t2 = ABS(r_1);
     const REAL t3 = t1 * t1 + t2 * (t0 * t2 * (REAL)4);
-    const REAL t4 = LESS(t3, t2 * (REAL)1e-36);
+    const REAL t4 = LESS(t3, (REAL)1e-36);
     const REAL t5 = SQRT(SELECT(t4, (REAL)1, t3));
     const REAL t6 = SELECT(t4, (REAL)0, t5);
     const REAL t7 = t1 + t0 * (REAL)2;
@@ -1103,29 +1103,20 @@ INLINE void NAME(rotor_square_root)(const REAL *r, REAL *out)
 {
     const REAL r_1 = r[0], r_g10 = r[1], r_g20 = r[2], r_g30 = r[3], r_g12 = r[4], r_g13 = r[5], r_g23 = r[6],
         r_g0123 = r[7];
-    const REAL t0 = SELECT(LESS(r_1, (REAL)0), (REAL)-1, (REAL)1);
-    const REAL t1 = r_g0123 * t0;
-    const REAL t2 = (REAL)2 * t1;
-    const REAL t3 = ((REAL)1 + ABS(r_1)) * (REAL)2;
-    const REAL t4 = SQRT(t3 * t3 + t2 * t2);
-    const REAL t5 = SQRT((t3 + t4) * (REAL)0.5);
-    const REAL t6 = t1 / t5;
-    const REAL t7 = (REAL)1 + r_1 * t0;
-    const REAL t8 = (REAL)1 / t4;
-    const REAL t9 = r_g23 * t0;
-    const REAL t10 = r_g10 * t0;
-    const REAL t11 = r_g13 * t0;
-    const REAL t12 = r_g20 * t0;
-    const REAL t13 = r_g12 * t0;
-    const REAL t14 = r_g30 * t0;
-    out[0] = t8 * (t5 * t7 + t1 * t6);
-    out[1] = -(t8 * (t6 * t9 - t5 * t10));
-    out[2] = t8 * (t5 * t12 + t6 * t11);
-    out[3] = -(t8 * (t6 * t13 - t5 * t14));
-    out[4] = t8 * (t5 * t13 + t6 * t14);
-    out[5] = t8 * (t5 * t11 - t6 * t12);
-    out[6] = t8 * (t5 * t9 + t6 * t10);
-    out[7] = t8 * (t1 * t5 - t7 * t6);
+    const REAL t0 = (REAL)2 + ABS(r_1) * (REAL)2;
+    const REAL t1 = SQRT(t0 * t0 + r_g0123 * r_g0123 * (REAL)4);
+    const REAL t2 = SQRT((t0 + t1) * (REAL)0.5);
+    const REAL t3 = SELECT(LESS(r_1, (REAL)0), (REAL)-1, (REAL)1);
+    const REAL t4 = t3 * (t2 / t1);
+    const REAL t5 = r_g0123 * ((REAL)-1 / (t1 * t2));
+    out[0] = (REAL)0.5 * t2;
+    out[1] = r_g10 * t4 + r_g23 * t5;
+    out[2] = r_g20 * t4 - r_g13 * t5;
+    out[3] = r_g30 * t4 + r_g12 * t5;
+    out[4] = r_g12 * t4 - r_g30 * t5;
+    out[5] = r_g13 * t4 + r_g20 * t5;
+    out[6] = r_g23 * t4 - r_g10 * t5;
+    out[7] = r_g0123 * t3 / ((REAL)2 * t2);
 }
 
 #define PARTS_rotor_square_root(IN, NUMBER, OUT, AND) IN(0, 0, 8, 8, 1, 8) AND OUT(1, 1, 8, 8, 1, 8)
@@ -1139,7 +1130,7 @@ static INLINE void NAME(rotor_power_within)(const REAL *r, REAL t, REAL *out, WO
     const REAL t1 = r_1 * r_1 - t0 - (REAL)1;
     const REAL t2 = ABS(r_1);
     const REAL t3 = t1 * t1 + t2 * (t0 * t2 * (REAL)4);
-    const REAL t4 = LESS(t3, t2 * (REAL)1e-36);
+    const REAL t4 = LESS(t3, (REAL)1e-36);
     const REAL t5 = SQRT(SELECT(t4, (REAL)1, t3));
     const REAL t6 = SELECT(t4, (REAL)0, t5);
     const REAL t7 = t1 + t0 * (REAL)2;
@@ -1265,7 +1256,7 @@ static INLINE void NAME(interpolate_rotors_within)(const REAL *a, const REAL *b,
     const REAL t5 = t1 * t1 - t4 - (REAL)1;
     const REAL t6 = ABS(t1);
     const REAL t7 = t5 * t5 + t6 * (t4 * t6 * (REAL)4);
-    const REAL t8 = LESS(t7, t6 * (REAL)1e-36);
+    const REAL t8 = LESS(t7, (REAL)1e-36);
     const REAL t9 = SQRT(SELECT(t8, (REAL)1, t7));
     const REAL t10 = SELECT(t8, (REAL)0, t9);
     const REAL t11 = t5 + t4 * (REAL)2;

@@ -22,6 +22,7 @@ rounding errors. In these algebras, power series in ``s + 2 p`` are used near 0.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from math import factorial
 from typing import Any
@@ -61,21 +62,38 @@ def exponential(b: Any) -> Any:
         return versor_exponential(b)
     if form is None:
         return exponential_by_squaring(b)
-    square = b * b
+    even, odd = even_and_odd(b, form)
+    return even + odd
+
+
+def even_and_odd(b: Any, form: Form, sign: int = 1) -> tuple[Any, Any]:
+    """Return the parts of ``exp(b)`` with even and odd powers of `b`; for the sign -1, with alternating signs.
+
+    These are ``cosh b`` and ``sinh b``, or ``cos b`` and ``sin b``, for an element without scalar part of this form.
+    """
+    square = b * b if sign == 1 else -(b * b)
     s = 0 if form.s.zero else square["1"]
     circle = circle_of(b, form)
-    if circle is not None:
+    if circle is not None and sign == 1:
         angle, blade = circle
-        return cos(angle) + sin(angle) * blade
+        return cos(angle), sin(angle) * blade
+    length = length_of(b, form)
+    if sign == -1:
+        first, second = _negated(form.second), _negated(form.first)
+        form = replace(form, s=_negated(form.s), first=first, second=second)
     if not form.rest:
-        cosine, sine = circular(s, form.s, form.vanishing, length_of(b, form))
-        return cosine + sine * b
+        cosine, sine = circular(s, form.s, form.vanishing, length)
+        return cosine, sine * b
     p = square.grade(*form.rest) / 2
     if form.q.zero:
-        f, g = _with_null_square(s, length_of(b, form), form)
+        f, g = _with_null_square(s, length, form)
     else:
         f, g = _of_two_numbers(s, (p * p)["1"], form)
-    return f[0] + f[1] * p + g[0] * b + _kept(g[1] * p * b, b)
+    return f[0] + f[1] * p, g[0] * b + _kept(g[1] * p * b, b)
+
+
+def _negated(signs: Signs) -> Signs:
+    return Signs(signs.positive, signs.negative)
 
 
 def _kept(product: Any, b: Any) -> Any:

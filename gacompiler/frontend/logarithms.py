@@ -7,9 +7,11 @@ sum ``s - 2 P``, the difference ``D = sqrt(s**2 - 4 P w**2)`` and the product ``
 
     (H0 + H1 p) b,    H1 = (C2 T2 - C1 T1)/D,    K = (C1 T2 - C2 T1)/D,    H0 = C2 T1 - h2 K,
 
-without division by a cosine, so rotations by pi in one plane are not singular. If ``D`` is small (isoclinic rotations),
-the eigenvalues ``w +- sqrt P`` of ``w + p`` are used instead. If `p` can be a null element, a power series is used
-near 1.
+without division by a cosine, so rotations by pi in one plane are not singular. If ``D`` is small (isoclinic rotations,
+and rotations by nearly pi in both planes), the cosines are the eigenvalues ``w +- sqrt P`` of ``w + p``, which act on
+the parts ``b (1 +- p / sqrt P) / 2`` of `b`. Near two half turns, `w` has no correct digit. The sine of the part whose
+cosine is nearly -1 then follows from `b` alone, and ``<b p b> = 2 w P`` has the sign of `w`. If `p` can be a null
+element, a power series is used near 1.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ from typing import Any
 
 from ..algebra.signs import Signs
 from ..errors import KernelError
-from .exponentials import NEARLY_ZERO, ONE, TINY, Pair, circle_of, divided, length_of, polynomial_of_pair
+from .exponentials import HALF, NEARLY_ZERO, ONE, TINY, Pair, circle_of, divided, length_of, polynomial_of_pair
 from .exponentials import polynomial as polynomial_of
 from .expression import Expression, lift
 from .operations import absolute, assemble, atan2, equal, log, maximum, select, sqrt
@@ -54,9 +56,36 @@ def unit_versor_logarithm(r: Any) -> Any:
     p = r.grade(4)
     if form.q.zero:
         h0, h1 = _with_null_square(s, cosine, length, form)
+    elif form.isoclinic:
+        turned, left, h, b, part = _turned_part(r, s, form)
+        h0, h1 = _of_two_numbers(s, cosine, (p * p)["1"], form, turned, h)
+        return select(left, -h0, h0) * b + h1 * part
     else:
         h0, h1 = _of_two_numbers(s, cosine, (p * p)["1"], form)
     return select(left, -h0, h0) * b + (h1 * p * b).grade(2)
+
+
+def _turned_part(r: Any, s: Value, form: Form) -> tuple[Value, Value, Value, Any, Any]:
+    """Return what is known of the part of the bivector `b` of `r` whose cosine ``w - sqrt P`` is below -1/2.
+
+    The values are whether there is such a part, whether `r` is to be negated, ``h`` of the part, and two bivectors: `b`
+    and `q`, the product ``p b``. There, `b` is without rounding errors in planes beside those of `p`, which the
+    logarithm would multiply. If `b` can also turn by an angle and a boost, as in G(2, 2), the part can be far smaller
+    than `b`, and twice the part takes the place of `q`.
+    """
+    w, b, p = r["1"], r.grade(2), r.grade(4)
+    p2, q, cosine = (p * p)["1"], (p * b).grade(2), absolute(w) + HALF
+    turned = p2 > cosine * cosine
+    root = sqrt(select(turned, p2, ONE))
+    sign = (b * q)["1"]
+    left = select(turned, sign, w) < 0
+    if len(blades_of(p)) > 1:
+        b = select(turned, (p * q).grade(2) / (root * root), b)
+    if not form.second.positive:
+        s = (b * b)["1"] if len(blades_of(p)) > 1 else s
+        return turned, left, s - absolute(sign) / root, b, q
+    part = select(turned, select(left, -1, 1) * b - q / root, q)
+    return turned, left, (part * part)["1"] / 2, b, part
 
 
 def form_of_versor(r: Any) -> Form:
@@ -89,15 +118,18 @@ def form_of_versor(r: Any) -> Form:
     return replace(form, rest=frozenset(), vanishing=form.s.both)
 
 
-def stretch(h: Value, c: Value, signs: Signs, vanishing: bool = True, length: Value | None = None) -> Value:
+def stretch(
+    h: Value, c: Value, signs: Signs, vanishing: bool = True, length: Value | None = None, left: bool = False
+) -> Value:
     """Return ``T = 1 / S(x)`` from ``h = S**2 x`` of the given signs and ``c = C(x)``.
 
-    `c` may have any sign if `h` is negative. `length` is a known square root of `h` or ``-h``, of any sign.
+    `c` may have any sign if `h` is negative, and may be near -1 if `left` is true: then the result grows without
+    bounds, and is not finite where `h` is 0. `length` is a known square root of `h` or ``-h``, of any sign.
     """
     if signs.zero:
         return 1
     if not signs.positive and not vanishing:
-        tiny = -h < NEARLY_ZERO
+        tiny = -h < (select(c < 0, 0, NEARLY_ZERO) if left else NEARLY_ZERO)
         u = sqrt(select(tiny, ONE, -h)) if length is None else select(tiny, ONE, length)
         return select(tiny, 1, atan2(u, c) / u)
     inverse = 1 / (1 + absolute(c))
@@ -126,13 +158,14 @@ def _with_null_square(s: Value, c: Value, length: Value | None, form: Form) -> P
     return t, second
 
 
-def _of_two_numbers(s: Value, w: Value, p2: Value, form: Form) -> Pair:
-    """Return ``H`` of ``w + p`` with ``w >= 0`` and ``p p = p2``."""
-    product = 4 * p2 * w * w
+def _of_two_numbers(s: Value, w: Value, p2: Value, form: Form, turned: Value = 0, h: Value = 0) -> Pair:
+    """Return ``H`` of ``w + p`` with ``w >= 0`` and ``p p = p2``; `turned` and `h` are those of `_turned_part`."""
     near = maximum(s * s, 4 * absolute(p2)) < NEAR if form.nilpotent else 0
-    isoclinic = select(near, 0, maximum(s * s, 8 * TINY) < 2 * product) if form.isoclinic else 0
-    square = select(isoclinic, p2, s * s - product)
-    tiny = square < TINY * w  # not at rotations by pi in both planes
+    isoclinic = 0
+    if form.isoclinic:
+        isoclinic = select(turned, 1, select(near, 0, maximum(s * s, 8 * TINY) < 8 * p2 * w * w))
+    square = select(isoclinic, p2, s * s - 4 * p2 * w * w)
+    tiny = square < TINY
     root = sqrt(select(tiny, ONE, square))
     difference = select(tiny, 0, root)
     total = s - 2 * p2
@@ -140,17 +173,20 @@ def _of_two_numbers(s: Value, w: Value, p2: Value, form: Form) -> Pair:
     small = p2 / select(large < NEARLY_ZERO, 1, large)
     small = select(large < NEARLY_ZERO, p2, small)
     h1, h2 = select(total < 0, -small, large), select(total < 0, -large, small)
-    c1 = sqrt(maximum((2 * w * w - s + difference) / 2, TINY))
+    c1 = sqrt(maximum(select(isoclinic, ONE, (2 * w * w - s + difference) / 2), TINY))
     c2 = w / c1
     if form.isoclinic:
-        twice = 2 * w * root
-        h1, h2 = select(isoclinic, s + twice, h1), select(isoclinic, s - twice, h2)
+        h = select(turned, h, s - 2 * w * root)
+        h1, h2 = select(isoclinic, 2 * s - h, h1), select(isoclinic, h, h2)
         c1, c2 = select(isoclinic, w + root, c1), select(isoclinic, w - root, c2)
-    t1, t2 = stretch(h1, c1, form.first), stretch(h2, c2, form.second)
+    t1, t2 = stretch(h1, c1, form.first), stretch(h2, c2, form.second, left=form.isoclinic)
     k = select(tiny, Fraction(2, 3), (c1 * t2 - c2 * t1) / root)
-    second = select(isoclinic, (t1 - t2) / 2, c2 * t2 - c1 * t1) / root
-    first = select(isoclinic, (t1 + t2) / 2, c2 * t1 - h2 * k)
-    second = select(tiny, -Fraction(1, 3), second)
+    first, second = c2 * t1 - h2 * k, select(tiny, -Fraction(1, 3), (c2 * t2 - c1 * t1) / root)
+    if form.isoclinic:
+        half = (t1 - t2) / 2
+        first, second = select(isoclinic, t2 + half, first), select(isoclinic, half / root, second)
+        if form.second.positive:
+            first, second = select(turned, t1, first), select(turned, -half, second)
     if not form.nilpotent:
         return first, second
     h0, h1 = _near_one(select(near, s, 0), w, select(near, p2, 0))
@@ -175,19 +211,39 @@ def _inverse(a: Pair, square: Value) -> Pair:
 
 
 def unit_versor_square_root(r: Any) -> Any:
-    """Return ``(1 + r)/sqrt((1 + r)(1 + ~r))`` of `r` or ``-r``, whichever has a non-negative scalar part."""
+    """Return ``(1 + r)/sqrt((1 + r)(1 + ~r))`` of `r` or ``-r``, whichever has a non-negative scalar part.
+
+    With ``a = 2 + 2 w``, the norm ``(1 + r)(1 + ~r) = a + 2 p`` has the eigenvalues ``a +- 2 sqrt P``. Near two half
+    turns, the smaller one loses its digits, and follows from the sine, as in logarithms.
+    """
     form, w = form_of_versor(r), r["1"]
-    flip = select(w < 0, -1, 1)
-    a = 2 + 2 * absolute(w)
-    whole = 1 + flip * r
+    left, cosine = w < 0, absolute(w)
+    a = 2 + 2 * cosine
     if not form.rest:
-        return whole / sqrt(a)
-    p = 2 * flip * r.grade(4)
+        return (1 + select(left, -1, 1) * r) / sqrt(a)
+    b, p = r.grade(2), r.grade(4)
     if form.q.zero:
-        return whole * (1 - p / (2 * a)) / sqrt(a)
-    size = sqrt(a * a - (p * p)["1"])
+        flip = select(left, -1, 1)
+        p = 2 * flip * p
+        return (1 + flip * r) * (1 - p / (2 * a)) / sqrt(a)
+    p2 = (p * p)["1"]
+    square = a * a - 4 * p2
+    if not form.isoclinic:
+        part = (p * b).grade(2)
+    else:
+        turned, left, h, b, part = _turned_part(r, (b * b)["1"], form)
+        sine = sqrt(select(turned, p2, ONE))
+        smaller = select(turned, -2 * h / (1 - cosine + sine), 1)
+        square = select(turned, (a + 2 * sine) * smaller, square)
+        square = select(square > 0, square, -ONE)  # half turns in both planes have many roots
+    size = sqrt(square)
     root = sqrt((a + size) / 2)
-    return whole * (root - p / (2 * root)) / size
+    flip = select(left, -1, 1)
+    first, second = root / size, -1 / (root * size)
+    if form.isoclinic and form.second.positive:
+        larger = 1 / sqrt(a + 2 * sine)
+        first, second = select(turned, larger, first), select(turned, (1 / sqrt(smaller) - larger) / 2, second)
+    return root / 2 + flip * p / (2 * root) + flip * first * b + second * part
 
 
 def number_logarithm(a: Any, along: Any = None) -> Any:
@@ -235,7 +291,7 @@ def number_square_root(a: Any, along: Any = None) -> Any:
     s = (v * v)["1"]
     square = w * w - s
     if form.s.positive and not form.s.negative:
-        root = sqrt((w + sqrt(square)) / 2)
+        root = sqrt(select(w < 0, -ONE, (w + sqrt(square)) / 2))
         return root + v / (2 * root)
     left = w < 0
     if form.s.positive:  # both of the numbers w + u and w - u must have a root

@@ -24,11 +24,11 @@ from .recording import is_recording
 from .rows import Array
 
 __all__ = [
-    "absolute", "acos", "anticommutator", "assemble", "atan2", "clifford_conjugate", "coefficient", "commutator", "cos",
+    "absolute", "acos", "anticommutator", "assemble", "atan2", "clifford_conjugate", "coefficient", "commutator",
     "determinant", "dual", "equal", "floor", "geometric_product", "grade", "grade_involution", "hestenes_product",
     "inner_product", "inverse", "join", "left_contraction", "maximum", "meet", "minimum", "norm", "norm_squared",
     "normalize", "outer_product", "polarity", "regressive_product", "reverse", "right_contraction", "sandwich",
-    "scalar_product", "select", "sin", "undual",
+    "scalar_product", "select", "undual",
 ]  # fmt: skip
 
 

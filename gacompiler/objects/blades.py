@@ -14,6 +14,7 @@ from ..algebra.catalog import QUATERNIONS
 from ..errors import AlgebraError
 from ..gac_runtime.array_element import Element
 from .layouts import layout_of
+from .normalizing import is_null, range_exponents
 from .shapes import Reals, dense, grades_in, rounding
 
 
@@ -69,6 +70,14 @@ def are_versors(x: Any) -> Any:
         moved = _dense_of(x, (x * vector) * ~x)
         found = found & np.all(np.abs(moved[..., ~vectors]) <= limit * size[..., None], axis=-1)
     return bool(found) if np.ndim(found) == 0 else found
+
+
+def are_null(x: Any) -> Any:
+    """Whether the scalar part of ``x ~x`` is 0 beside its terms, to half of the digits; 0 is null."""
+    exponents = range_exponents(x.layout, x.values)
+    values = x.values if exponents is None else np.ldexp(x.values, -exponents[..., None])
+    found = is_null(x.layout, values, half_of_digits(x))
+    return bool(found) if found.ndim == 0 else found
 
 
 def _dense_of(x: Any, result: Any) -> Reals:

@@ -134,10 +134,11 @@ _TABLE = tuple(
 )
 
 FUNCTIONS = ("exp", "log", "sqrt")
+WAVES = ("sin", "cos", "tan", "sinh", "cosh", "tanh")
 
 UNARY: Mapping[str, Definition] = {
     **{each.name: each for each in _TABLE if len(each.parameters) == 1},
-    **{name: _definition(name, 1) for name in FUNCTIONS},
+    **{name: _definition(name, 1) for name in (*FUNCTIONS, *WAVES)},
 }
 """Operations of one object, by name; for normalization see `normalize_of`."""
 

@@ -212,6 +212,10 @@ class Geometry(Element):
         """Whether this is a product of invertible vectors, to half of the digits; an array of booleans for arrays."""
         return blades.are_versors(self)
 
+    def is_null(self) -> Truth:
+        """Whether the scalar part of ``x ~x`` is 0, to half of the digits; an array of booleans for arrays."""
+        return blades.are_null(self)
+
     def grades(self) -> tuple[int, ...]:
         """Return the grades whose coefficients are not all 0 up to the rounding error of one product."""
         return shapes.grades_in(self)

@@ -95,9 +95,10 @@ def is_clearly_not_null(layout: Layout, numbers: Sequence[float], epsilon: float
     return bool(SMALL < size < LARGE and abs(total) > ROUNDINGS * epsilon * size)
 
 
-def is_null(layout: Layout, values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """Whether ``x ~x`` is 0 up to rounding, for each element with squares in the range of doubles."""
-    limit = ROUNDINGS * float(np.finfo(values.dtype).eps)
+def is_null(layout: Layout, values: np.ndarray[Any, Any], limit: float | None = None) -> np.ndarray[Any, Any]:
+    """Whether ``x ~x`` is 0 up to rounding, or the limit, for each element with squares in the range of doubles."""
+    if limit is None:
+        limit = ROUNDINGS * float(np.finfo(values.dtype).eps)
     with np.errstate(all="ignore"):
         total, size = _measured(layout, list(np.moveaxis(values, -1, 0)))
         return np.broadcast_to(np.isfinite(size) & (np.abs(total) <= limit * size), values.shape[:-1])

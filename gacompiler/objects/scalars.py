@@ -127,5 +127,6 @@ class Scalar(Operations, float):
     sqrt, power = _lifted("sqrt"), _lifted("power")
     isclose, exactly, project = _lifted("isclose"), _lifted("exactly"), _lifted("project")
     grades, explain = _lifted("grades"), _lifted("explain")
-    is_blade, is_versor, factorize = _lifted("is_blade"), _lifted("is_versor"), _lifted("factorize")
+    is_blade, is_versor, is_null = _lifted("is_blade"), _lifted("is_versor"), _lifted("is_null")
+    factorize = _lifted("factorize")
     dual, undual, polarity = (_without_algebra(name) for name in ("dual", "undual", "polarity"))

@@ -113,6 +113,17 @@ def exponential(a: Multivector) -> Multivector:
     return found.map(lambda x: +x)
 
 
+def waves(a: Multivector, circle: bool) -> tuple[Multivector, Multivector]:
+    """Return the cosine and the sine of any multivector, or the hyperbolic ones, to the precision of mpmath."""
+    import mpmath
+
+    if circle:
+        found = exponential(a.map(lambda x: mpmath.mpc(0, _plain(x))))
+        return found.map(mpmath.re), found.map(mpmath.im)
+    there, back = exponential(a), exponential(-a)
+    return (there + back).map(lambda x: x / 2), (there - back).map(lambda x: x / 2)
+
+
 def corrected_logarithm(versor: Multivector, start: Multivector) -> Multivector:
     """Return the bivector `B` with ``exp(B) = versor`` or its negative, near `start`, to the precision of mpmath.
 

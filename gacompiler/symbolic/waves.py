@@ -53,4 +53,4 @@ def _wave(where: str, a: Any, even: Callable[..., Any], odd: Callable[..., Any],
     return symbolic(odd(w) * sine * rest + even(w) * cosine)
 
 
-OWN |= {"sin": sin, "cos": cos}
+OWN |= {"sin": sin, "cos": cos, "tan": tan, "sinh": sinh, "cosh": cosh, "tanh": tanh}

@@ -131,12 +131,13 @@ def test_linear_and_bilinear_operations_are_differentiated_as_such(operation: Op
 def test_nothing_has_no_row() -> None:
     names = {function_name(each) for each in FUNCTIONS}
     assert set(frontend.__all__) - names == {"assemble", "coefficient", "grade", "join", "meet"}
-    assert names - set(frontend.__all__) == {"exp", "log", "sqrt"}, "of multivectors too, in frontend/functions.py"
+    assert names - set(frontend.__all__) == {"cos", "exp", "log", "sin", "sqrt"}, "of multivectors too"
     assert set(symbolic_functions.__all__) - set(MULTIVECTOR) == {"exp", "grade", "log", "power", "sqrt"}
     outer = {"outer_cos", "outer_exp", "outer_sin", "outer_tan"}
-    others = {"even_part", "exp", "join", "log", "meet", "odd_part", "power"} | outer
+    waves = {"cos", "cosh", "sin", "sinh", "tan", "tanh"}
+    others = {"even_part", "exp", "join", "log", "meet", "odd_part", "power"} | outer | waves
     assert {name for name in vars(Methods) if not name.startswith("_")} == {*MULTIVECTOR, *others, "sqrt"}
-    further = {"exp", "log", "sqrt", "power"}
+    further = {"exp", "log", "sqrt", "power"} | waves
     assert {*UNARY, *BINARY} - further == {
         each for each in WITH_OPERANDS if each.row.kind is not Kind.SCALAR
     } - {Operation.NORMALIZE}  # fmt: skip

@@ -53,6 +53,8 @@ case("half", (R,), lambda r: r**0.5, lambda r: ga.sqrt(r))
 case("root", (R,), lambda r: r.sqrt().even_part(), lambda r: ga.even_part(ga.power(r, 0.5)))
 case("log", (R,), lambda r: r.log() / 2, lambda r: ga.log(r) / 2)
 case("exp", (V,), lambda v: v.dual().exp(), lambda v: ga.exp(ga.dual(v)))
+case("waves", (V,), lambda v: (v / 9).dual().sin() + (v / 9).cos() * (v / 9).tanh(),
+     lambda v: ga.sin(ga.dual(v / 9)) + ga.cos(v / 9) * ga.sinh(v / 9) / ga.cosh(v / 9))  # fmt: skip
 case("between", (R, R), lambda r, s: r * (r.reverse() * s).power(0.5), lambda r, s: ga.interpolate(r, s, 0.5))
 case("parts", (R, V), lambda r, v: (r + v).odd_part() - (r + v).even_part(),
      lambda r, v: ga.odd_part(r + v) - ga.even_part(r + v))  # fmt: skip
@@ -78,7 +80,7 @@ def numbers(value: Any, names: tuple[str, ...]) -> np.ndarray[Any, Any]:
     return np.stack(np.broadcast_arrays(*(np.asarray(value[name], float) for name in names)), -1)
 
 
-IRRATIONAL = ("meet", "half", "root", "log", "exp", "between")
+IRRATIONAL = ("meet", "half", "root", "log", "exp", "waves", "between")
 """Functions whose values are not rational, or whose rational root is found in another form."""
 
 BACKENDS = {"turned": "c", "quotient": "numba"}
