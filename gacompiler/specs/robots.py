@@ -1162,7 +1162,7 @@ def dynamics_derivatives(
     The tables are those of both and of `forward_dynamics`.
     """
     frames = _frames(q, parents, variables, ratios, offsets, places, screws, turns)
-    qdd, bodies = _accelerated(
+    qdd, (left, momenta, sizes) = _accelerated(
         frames, q, parents, ratios, coordinates, qd, tau, inertias, armature, gravity, inverse_ratios, base, freedoms,
         trunk,
     )  # fmt: skip
@@ -1172,7 +1172,7 @@ def dynamics_derivatives(
         base, freedoms, trunk, units, unit_freedoms, own_freedoms, moved, moved_coordinates, moved_freedoms,
     )  # fmt: skip
     inverse = _pushed(
-        frames[1], *bodies, below, carriers, is_own, before, joints, pairs, is_carrier, factors, rows, columns,
+        frames[1], left, momenta, sizes, below, carriers, is_own, before, joints, pairs, is_carrier, factors, rows, columns,
         mirrored, freedoms, trunk, at_base, moved_coordinates, moved_freedoms, moved_factors,
         first, second, first_rows, second_rows, first_mirrored, qd,
     )  # fmt: skip
