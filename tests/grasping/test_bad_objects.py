@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from algorithms.grasping import (
     BARRETT_BH280,
@@ -12,6 +13,7 @@ from algorithms.grasping import (
     plan_grasps,
 )
 from algorithms.grasping.meshes import surface_of
+from benchmarks.evidence_objects import deepest, furniture, placed_boxes
 from generated import pga3
 from tests.support.all_cases import all_cases
 from tests.support.scans import box, scan, sphere
@@ -71,6 +73,18 @@ def test_contacts_are_on_the_outside_of_all_solids():
                 inside_bar = (np.abs(grasp.contacts) < np.array([0.07, 0.015, 0.015]) - 1e-6).all(1)
                 inside_ball = np.linalg.norm(grasp.contacts - [shift, 0.01, 0], axis=1) < 0.99 * 0.032
                 assert not (inside_bar | inside_ball).any()
+
+
+def test_the_hand_does_not_enter_boards_with_large_faces():
+    held = 0
+    for seed in range(24):
+        rng = np.random.default_rng([4, seed])
+        boxes, turn = furniture(rng), Rotation.random(random_state=seed).as_matrix()
+        plan = plan_grasps(*placed_boxes(boxes, turn, np.ones(3)), 1 + seed % 3)
+        for grasp in plan if plan.status == GraspStatus.OK else ():
+            held += 1
+            assert deepest(grasp, plan.hand, boxes, turn, np.ones(3)) < 0.002
+    assert held > 15
 
 
 def test_the_outside_of_two_balls():
