@@ -168,10 +168,10 @@ def _opening_of(body: Body, hand: Hand, motor: Reals, joints: Reals, others: Oth
             continue
 
         def closing(shares: Reals, start: Reals = start) -> Reals:
-            return pga3.move_point(motor, hand.placed_capsules(start + shares * (joints - start)))
+            return np.asarray(pga3.move_point(motor, hand.placed_capsules(start + shares * (joints - start))))
 
         def arriving(shares: Reals, ends: Reals = ends) -> Reals:
-            return ends[1] + shares[:, None, None] * (ends[0] - ends[1])
+            return np.asarray(ends[1] + shares[:, None, None] * (ends[0] - ends[1]))
 
         moves = closing_speeds(hand) @ np.abs(joints - start)
         if _is_clear(body, hand, closing, moves) and _is_clear(body, hand, arriving, np.full(len(moves), APPROACH)):

@@ -10,7 +10,7 @@ from generated import grasping, pga3
 
 from ..arguments import Reals
 from ..geometry.meshes import Flags, Integers, is_closed, winding_numbers
-from ..precision import NEGLIGIBLE, SINGLE
+from ..precision import NEGLIGIBLE, ROUNDING, SINGLE
 from .status import GraspStatus
 
 SAMPLES = 4096
@@ -48,7 +48,9 @@ class Surface:
         """
         if not len(self.faces):
             return np.ones(len(points), bool)
-        return np.asarray(winding_numbers(points + NEGLIGIBLE * self.length * normals, self.vertices, self.faces) == 0)
+        # Far from the origin, the contacts are not more precise than their coordinates.
+        above = NEGLIGIBLE * self.length + ROUNDING * float(np.abs(points).max(initial=0.0))
+        return np.asarray(winding_numbers(points + above * normals, self.vertices, self.faces) == 0)
 
     def outside(self) -> Surface:
         """Return the surface with those samples that are on the outside."""

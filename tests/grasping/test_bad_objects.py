@@ -101,6 +101,15 @@ def test_the_outside_of_two_balls():
     assert hidden.sum() > 500 and len(surface.outside().points) == outer.sum()
 
 
+@all_cases("away", [1e3, 1e6])
+def test_objects_far_from_the_origin_are_held(away):
+    vertices, faces = box(0.04, 0.06, 0.1)
+    plan = plan_grasps(vertices + away, faces)
+    assert plan.status == GraspStatus.OK
+    apart = np.abs(plan[0].contacts - away) - np.array([0.02, 0.03, 0.05])
+    assert np.abs(apart.max(1)).max() < 1e-9 * away
+
+
 def test_unused_vertices_do_not_matter():
     vertices, faces = BOX
     plan = plan_grasps(np.concatenate([vertices, [[9.0, 9, 9]]]), faces)
