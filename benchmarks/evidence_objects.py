@@ -12,6 +12,7 @@ from algorithms.grasping import (
     BARRETT_OPENRAVE,
     FRANKA_HAND,
     ROBOTIQ_2F_85,
+    Grasp,
     GraspPlan,
     GraspStatus,
     Hand,
@@ -430,6 +431,66 @@ def plan_flat(rng: np.random.Generator) -> Trial:
         if not good:
             return Trial(True, False)
     return Trial(True, True)
+
+
+_Boxes = list[tuple[np.ndarray, np.ndarray]]
+"""The centre and half lengths of boxes along the axes."""
+
+
+def furniture(rng: np.random.Generator) -> _Boxes:
+    """A chair, a shelf or a plate of 5 to 50 cm, whose boards are thin and whose faces are few and large."""
+    kind, size, thin = int(rng.integers(3)), rng.uniform(0.05, 0.25), rng.uniform(0.0015, 0.008)
+    deep = size * rng.uniform(0.3, 1)
+    if kind == 0:
+        leg, high = rng.uniform(0.006, 0.02), size * rng.uniform(0.5, 2)
+        place = np.array([size - leg, deep - leg, -high])
+        legs = [(place * [i, j, 1], np.array([leg, leg, high])) for i in (-1, 1) for j in (-1, 1)]
+        back = np.array([0, deep - thin, high]), np.array([size, thin, high])
+        return [(np.zeros(3), np.array([size, deep, thin])), *legs, back]
+    if kind == 1:
+        high, count = size * rng.uniform(0.5, 2), int(rng.integers(2, 6))
+        boards = [(np.array([0, 0, z]), np.array([size, deep, thin])) for z in np.linspace(-high, high, count)]
+        return boards + [(np.array([x, 0, 0]), np.array([thin, deep, high])) for x in (-size, size)]
+    return [(np.zeros(3), np.array([size, deep, thin]))]
+
+
+def placed_boxes(boxes: _Boxes, turn: np.ndarray, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The mesh of turned and displaced boxes."""
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    vertices = np.concatenate([centre + corners * half for centre, half in boxes])
+    return vertices @ turn.T + shift, np.concatenate([_BOX + 8 * k for k in range(len(boxes))])
+
+
+def deepest(grasp: Grasp, hand: Hand, boxes: _Boxes, turn: np.ndarray, shift: np.ndarray) -> float:
+    """How far a hand is inside boxes at some moments, by points of its axes: at most half a millimetre too little."""
+    shares = np.linspace(0, 1, 33)[:, None]
+    closing = hand.placed_capsules(grasp.open_joints + shares * (grasp.joints - grasp.open_joints))
+    arriving = closing[:1] - 0.08 * shares[:, :, None, None] * hand.approach
+    ends = pga3.move_point(grasp.motor, np.concatenate([closing, arriving]))
+    ends = (ends - shift) @ turn
+    found = -np.inf
+    for k, radius in enumerate(hand.radii):
+        start, stop = ends[:, k, 0], ends[:, k, 1]
+        along = np.linspace(0, 1, 2 + int(1000 * np.linalg.norm(stop - start, axis=1).max()))[:, None, None]
+        points = start + along * (stop - start)
+        for centre, half in boxes:
+            apart = np.abs(points - centre) - half
+            gaps = np.linalg.norm(np.maximum(apart, 0), axis=-1) + np.minimum(apart.max(-1), 0)
+            found = max(found, float(radius - gaps.min()))
+    return found
+
+
+@row(
+    "`plan_grasps`",
+    "chairs, shelves and plates of boards, five hands; wrong: the hand is more than 2 mm inside, also while it moves",
+)
+def plan_furniture(rng: np.random.Generator) -> Trial:
+    boxes, hand = furniture(rng), _hands()[int(rng.integers(5))]
+    place = rotation(rng, np.pi), rng.uniform(-1, 1, 3)
+    plan = plan_grasps(*placed_boxes(boxes, *place), int(rng.integers(1, 4)), hand=hand)
+    if plan.status != GraspStatus.OK:
+        return Trial(False, False)
+    return Trial(True, max(deepest(grasp, hand, boxes, *place) for grasp in plan) < 0.002)
 
 
 def _box_in_view(rng: np.random.Generator) -> tuple[Camera, np.ndarray, np.ndarray, np.ndarray, float]:

@@ -126,6 +126,9 @@ def winding_numbers(points: Reals, vertices: Reals, faces: Integers) -> Integers
     The number is how often a ray leaves the mesh, less how often it enters. A ray through an edge of a face may be
     counted twice. Hence two other rays are counted for points whose first one passes an edge, and the median is taken.
     """
+    # Near the mesh, areas of shadows are precise wherever the origin is.
+    middle = vertices.mean(0) if len(vertices) else np.zeros(3)
+    points, vertices = points - middle, vertices - middle
     found, sure = _crossings(points, _RAYS[0], vertices, faces)
     doubtful = np.flatnonzero(~sure)
     if len(doubtful):

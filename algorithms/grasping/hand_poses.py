@@ -13,7 +13,7 @@ from generated import cga3, grasping, pga3
 from ..arguments import Reals
 from ..geometry.meshes import Flags, Integers
 from ..kinematics.collisions.obstacles import Obstacle
-from .closing import APPROACH, OPENINGS, opened
+from .closing import APPROACH, OPENINGS, closing_speeds, opened
 from .clusters import Clusters, clusters_of
 from .hands import Hand
 from .meshes import Surface
@@ -22,19 +22,19 @@ from .preshapes import LARGEST_ERROR, sides_of
 _TURNS = np.pi / 8 * np.arange(16)
 """Angles about the line through two fingertips at which the hand is placed."""
 _TOUCH = 0.0015
-"""How far the hand may intersect the object, in metres: its skin yields, and samples are some millimetres apart."""
+"""How far the hand may intersect the object in a grasp, in metres: its skin yields."""
+_BETWEEN = 0.0005
+"""Limit on work: how far it may intersect the object more than that while it moves."""
 _STRIDE = 64
-"""Poses are tested with one of so many samples first; those that pass, with more of them, and with the outline."""
+"""Poses are tested with one of so many samples first; those that pass, with more of them, and with all faces."""
 _TRIES = 4
 """The largest number of poses of a row that are tested with more samples."""
 _SWEPT = 8
-"""Motions of the hand, and poses at first, are tested with one of so many samples."""
-_CLUSTER = 32
-"""Number of neighbouring points that are tested together."""
+"""Poses are tested with one of so many samples before they are with all faces."""
+_CLUSTER = 16
+"""Number of neighbouring samples or faces that are tested together."""
 _SHARES = np.array([0.0, 0.2, 0.4, 0.6, 0.8])
-"""Parts of the closing motion at which it is tested."""
-_BACKWARDS = APPROACH * np.array([0.1, 0.2, 0.4, 0.7, 1.0])
-"""Distances from the grasp at which the approach is tested, in metres."""
+"""Parts of the closing motion at which the fingers are tested against each other."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,17 +105,18 @@ def reaching(surface: Surface, hand: Hand, rows: Integers) -> HandPoses:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Body:
-    """Points of an object with which the hand must not collide."""
+    """What the hand must not collide with: some points of an object, more of them, and all of its surface."""
 
     coarse: Reals
-    swept: Clusters
-    outline: Clusters
+    sampled: Clusters
+    surface: Clusters
 
 
 def body_of(surface: Surface) -> Body:
-    """Return the points of a surface with which poses are tested."""
-    swept = clusters_of(surface.points[::_SWEPT], _CLUSTER // 2)
-    return Body(np.ascontiguousarray(surface.points[::_STRIDE]), swept, clusters_of(surface.outline, _CLUSTER))
+    """Return the samples and the faces of a surface with which poses are tested."""
+    sampled = clusters_of(surface.points[::_SWEPT], _CLUSTER)
+    triangles = pga3.move_point_back(surface.frame, surface.vertices)[surface.faces]
+    return Body(np.ascontiguousarray(surface.points[::_STRIDE]), sampled, clusters_of(triangles, _CLUSTER))
 
 
 def clear_poses(
@@ -135,22 +136,22 @@ def clear_poses(
     # Of each row, the poses with the largest clearances.
     starts = np.searchsorted(poses.row[kept], poses.row[kept])
     kept = kept[np.arange(len(kept)) - starts < _TRIES]
-    kept = kept[body.swept.clear_of(ends[kept], radii, -_TOUCH)]
+    kept = kept[body.sampled.clear_of(ends[kept], radii, -_TOUCH)]
     for row in np.unique(poses.row[kept]):
         if not bounds[row] > least():
             continue
         own = kept[poses.row[kept] == row]
         placed = poses.capsules(hand, own)
-        for at in np.flatnonzero(body.swept.clear_of(placed, hand.radii, -_TOUCH)):
-            if body.outline.clear_of(placed[at : at + 1], hand.radii, -_TOUCH)[0]:
+        for at in np.flatnonzero(body.sampled.clear_of(placed, hand.radii, -_TOUCH)):
+            if body.surface.clear_of(placed[at : at + 1], hand.radii, -_TOUCH)[0]:
                 pose = own[at]
-                by = _opening_of(body.swept, hand, poses.motors[pose], poses.joints[pose], others)
+                by = _opening_of(body, hand, poses.motors[pose], poses.joints[pose], others)
                 if by is not None:
                     yield int(pose), by
                     break
 
 
-def _opening_of(swept: Clusters, hand: Hand, motor: Reals, joints: Reals, others: Others) -> Reals | None:
+def _opening_of(body: Body, hand: Hand, motor: Reals, joints: Reals, others: Others) -> Reals | None:
     """Return joints from which the fingers close without collisions after a straight approach; None if there are none.
 
     The smallest opening comes first.
@@ -159,15 +160,51 @@ def _opening_of(swept: Clusters, hand: Hand, motor: Reals, joints: Reals, others
         return None
     for by in OPENINGS:
         start = opened(hand, joints, by)
-        closing = hand.placed_capsules(start + _SHARES[:, None] * (joints - start))
-        if not (hand.own_clearances(closing) > 0).all():
+        if not (hand.own_clearances(hand.placed_capsules(start + _SHARES[:, None] * (joints - start))) > 0).all():
             continue
-        approach = closing[0] - _BACKWARDS[:, None, None, None] * hand.approach
-        ends = pga3.move_point(motor, np.concatenate([closing, approach]))
-        free = swept.clear_of(ends, hand.radii, -_TOUCH).all()
-        if free and others.clear(ends[[0, -1]], hand.radii).all():
+        away = hand.placed_capsules(start) - APPROACH * hand.approach
+        ends = pga3.move_point(motor, np.stack([hand.placed_capsules(start), away]))
+        if not others.clear(ends, hand.radii).all():
+            continue
+
+        def closing(shares: Reals, start: Reals = start) -> Reals:
+            return np.asarray(pga3.move_point(motor, hand.placed_capsules(start + shares * (joints - start))))
+
+        def arriving(shares: Reals, ends: Reals = ends) -> Reals:
+            return np.asarray(ends[1] + shares[:, None, None] * (ends[0] - ends[1]))
+
+        moves = closing_speeds(hand) @ np.abs(joints - start)
+        if _is_clear(body, hand, closing, moves) and _is_clear(body, hand, arriving, np.full(len(moves), APPROACH)):
             return start
     return None
+
+
+def _is_clear(body: Body, hand: Hand, motion: Callable[[Reals], Reals], moves: Reals) -> bool:
+    """Return whether a hand is clear of a body during a motion.
+
+    Parameters
+    ----------
+    motion : callable
+        The capsules (m, k, 2, 3) at parts (m, 1) of the motion, from 0 to 1.
+    moves : array, (k,)
+        Bounds of how far the motion displaces each capsule.
+
+    Notes
+    -----
+    A capsule that is wider by half of its displacement contains it at all moments of a part of the motion, if it is
+    placed at the middle of the part. Parts in which wider capsules are not clear are halved.
+    """
+    middles, half = np.array([[0.5]]), 0.5
+    while True:
+        ends, wider = motion(middles), half * moves
+        open_ = ~body.surface.clear_of(ends, hand.radii + wider, -_TOUCH - _BETWEEN)
+        middles = middles[open_]
+        if not len(middles):
+            return True
+        if wider.max() < _BETWEEN or not body.sampled.clear_of(ends[open_], hand.radii, -_TOUCH).all():
+            return False
+        half /= 2
+        middles = np.concatenate([middles - half, middles + half])
 
 
 def _clearance(points: Reals, ends: Reals, radii: Reals) -> Reals:

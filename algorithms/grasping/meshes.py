@@ -10,7 +10,7 @@ from generated import grasping, pga3
 
 from ..arguments import Reals
 from ..geometry.meshes import Flags, Integers, is_closed, winding_numbers
-from ..precision import NEGLIGIBLE, SINGLE
+from ..precision import NEGLIGIBLE, ROUNDING, SINGLE
 from .status import GraspStatus
 
 SAMPLES = 4096
@@ -29,8 +29,6 @@ class Surface:
     """(n, 3) Points on the faces."""
     normals: Reals
     """(n, 3) Outward unit normals of the faces."""
-    outline: Reals
-    """(k, 3) Vertices, at most 4096, and half of the samples, for tests of collisions."""
     extents: Reals
     """(3,) The size along each axis."""
     length: float
@@ -50,7 +48,9 @@ class Surface:
         """
         if not len(self.faces):
             return np.ones(len(points), bool)
-        return np.asarray(winding_numbers(points + NEGLIGIBLE * self.length * normals, self.vertices, self.faces) == 0)
+        # Far from the origin, the contacts are not more precise than their coordinates.
+        above = NEGLIGIBLE * self.length + ROUNDING * float(np.abs(points).max(initial=0.0))
+        return np.asarray(winding_numbers(points + above * normals, self.vertices, self.faces) == 0)
 
     def outside(self) -> Surface:
         """Return the surface with those samples that are on the outside."""
@@ -102,9 +102,8 @@ def surface_of(vertices: Reals, faces: Integers) -> Surface | GraspStatus:
     matrix[:3, :3], matrix[:3, 3] = turn, origin + centre
     points, normals = _samples(placed, faces, np.sign(volume) * areas @ turn)
     length = float(np.sqrt(np.square(placed).sum(1).max()))
-    outline = np.concatenate([placed[:: -(-len(placed) // SAMPLES)], points[::2]])
     frame, extents = pga3.motor_from_matrix(matrix), np.ptp(placed, axis=0)
-    return Surface(frame, points, normals, outline, extents, length, vertices, faces)
+    return Surface(frame, points, normals, extents, length, vertices, faces)
 
 
 def _principal_axes(table: Reals, off: Reals) -> Reals:

@@ -259,7 +259,6 @@ def _side(
         frame,
         (contacts - middle) @ axes.T,
         normals @ axes.T,
-        around,
         np.full(3, np.inf),
         float(np.linalg.norm(seen - middle, axis=1).max()),
         np.zeros((0, 3)),

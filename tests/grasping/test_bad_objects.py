@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from algorithms.grasping import (
     BARRETT_BH280,
@@ -12,6 +13,7 @@ from algorithms.grasping import (
     plan_grasps,
 )
 from algorithms.grasping.meshes import surface_of
+from benchmarks.evidence_objects import deepest, furniture, placed_boxes
 from generated import pga3
 from tests.support.all_cases import all_cases
 from tests.support.scans import box, scan, sphere
@@ -73,6 +75,18 @@ def test_contacts_are_on_the_outside_of_all_solids():
                 assert not (inside_bar | inside_ball).any()
 
 
+def test_the_hand_does_not_enter_boards_with_large_faces():
+    held = 0
+    for seed in range(24):
+        rng = np.random.default_rng([4, seed])
+        boxes, turn = furniture(rng), Rotation.random(random_state=seed).as_matrix()
+        plan = plan_grasps(*placed_boxes(boxes, turn, np.ones(3)), 1 + seed % 3)
+        for grasp in plan if plan.status == GraspStatus.OK else ():
+            held += 1
+            assert deepest(grasp, plan.hand, boxes, turn, np.ones(3)) < 0.002
+    assert held > 15
+
+
 def test_the_outside_of_two_balls():
     one, two = sphere(0.03), sphere(0.02)
     faces = np.concatenate([one[1], two[1] + len(one[0])])
@@ -85,6 +99,15 @@ def test_the_outside_of_two_balls():
     clear = (far[0] > 0.0305) | (far[1] > 0.0205)
     assert not outer[hidden].any() and outer[clear & ~hidden].all()
     assert hidden.sum() > 500 and len(surface.outside().points) == outer.sum()
+
+
+@all_cases("away", [1e3, 1e6])
+def test_objects_far_from_the_origin_are_held(away):
+    vertices, faces = box(0.04, 0.06, 0.1)
+    plan = plan_grasps(vertices + away, faces)
+    assert plan.status == GraspStatus.OK
+    apart = np.abs(plan[0].contacts - away) - np.array([0.02, 0.03, 0.05])
+    assert np.abs(apart.max(1)).max() < 1e-9 * away
 
 
 def test_unused_vertices_do_not_matter():

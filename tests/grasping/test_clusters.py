@@ -4,6 +4,7 @@ import numpy as np
 
 from algorithms.grasping.clusters import clusters_of
 from generated import grasping
+from tests.grasping.test_plans import distances_to_mesh
 from tests.support.all_cases import all_cases
 from tests.support.grasp_shapes import SHAPES
 
@@ -22,7 +23,7 @@ def test_clear_sets_of_capsules(size, count):
     rng = np.random.default_rng(count + size)
     points = rng.uniform(-1, 1, (count, 3)) * [0.1, 0.03, 0.05]
     groups = clusters_of(points, size)
-    assert {tuple(p) for p in groups.points.reshape(-1, 3)} == {tuple(p) for p in points}
+    assert {tuple(p) for p in groups.parts.reshape(-1, 3)} == {tuple(p) for p in points}
     ends = rng.uniform(-1, 1, (200, 4, 1, 3)) * 0.15 + rng.normal(0, 0.02, (200, 4, 2, 3))
     radii = rng.uniform(0, 0.02, 4)
     found = distances(points, ends, radii)
@@ -32,10 +33,23 @@ def test_clear_sets_of_capsules(size, count):
     assert (clear.any() and not clear.all()) or count == 1
 
 
+def test_clear_sets_of_capsules_near_triangles():
+    rng = np.random.default_rng(5)
+    triangles = rng.uniform(-0.1, 0.1, (40, 1, 3)) + rng.normal(0, 0.02, (40, 3, 3))
+    triangles[0] = triangles[0, 0] + np.array([[0, 0, 0], [0.3, 0, 0], [0, 0.4, 0]])
+    groups = clusters_of(triangles, 8)
+    places = rng.uniform(-0.15, 0.15, (60, 3))
+    # Spheres, each with a radius of its own.
+    found = distances_to_mesh(places, triangles.reshape(-1, 3), np.arange(120).reshape(-1, 3))
+    radii = np.where(np.arange(60) % 2, 0.95, 1.05) * found
+    clear = groups.clear_of(np.repeat(places[:, None, None], 2, 2), radii[:, None], 0.0)
+    assert clear.tolist() == (np.arange(60) % 2 == 1).tolist()
+
+
 def test_spheres_contain_their_groups():
     vertices, _ = SHAPES["ring"]()
     groups = clusters_of(vertices, 16)
-    gaps = np.linalg.norm(groups.points - groups.centres[:, None], axis=-1)
+    gaps = np.linalg.norm(groups.parts - groups.centres[:, None], axis=-1)
     assert (gaps <= groups.radii[:, None] * (1 + 1e-12)).all()
     # Neighbours are together: the spheres are much smaller than the shape.
     assert np.median(groups.radii) < 0.25 * np.ptp(vertices, axis=0).max()

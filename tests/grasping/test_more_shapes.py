@@ -11,14 +11,18 @@ from tests.grasping.test_plans import check
 from tests.support.grasp_shapes import SHAPES
 
 QUICK = "bowl small", "box sugar", "clamp", "cone", "hammer", "scissors"
-REACHED_BY_TWO_STYLES = {"plate": 3, "star": 2}
+REACHED_BY_TWO_STYLES = {"plate": 3, "star": 2, "hammer": 2}
 """Shapes for which one of the styles has no grasp: its status names the cause."""
 CAUSES = GraspStatus.COLLISION, GraspStatus.TOO_THIN
-PARTS = {("dumbbell", 2): 0.55, ("box large", 2): 0.65, ("hammer", 2): 0.7, ("hammer", 1): 0.75, ("block 25", 1): 0.65}
-"""Least parts of the best quality where that is not among the contacts of the style: all have less than 0.85."""
+PARTS = {
+    ("dumbbell", 2): 0.55, ("box large", 1): 0.7, ("box large", 2): 0.65, ("hammer", 1): 0.75, ("block 25", 1): 0.65,
+    ("marker", 3): 0.6,
+}  # fmt: skip
+"""Least parts of the best quality where that is not among the contacts of the style, or where the hand would be more
+than 1.5 mm inside the object. All others have more than 0.8."""
 
 
-@pytest.mark.parametrize(("name", "style"), [(name, 1 + k % 3) for k, name in enumerate(QUICK)])
+@pytest.mark.parametrize(("name", "style"), [(name, 1 + (2 * k) % 3) for k, name in enumerate(QUICK)])
 def test_shapes(name, style):
     vertices, faces = SHAPES[name]()
     check(plan_grasps(vertices, faces, style), vertices, faces)

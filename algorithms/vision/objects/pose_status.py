@@ -9,6 +9,8 @@ class PoseStatus(Status):
     """Whether images determine the pose of an object, or why not."""
 
     OK = 0
+    """Errors are below the tolerance, with cameras and a model that are known as well as `SharedErrors` states. One
+    image rarely shows a wrong focal length or distortion: by default both are taken as exact."""
     SYMMETRIC = 1
     """The pose is determined up to motions that change no image, such as turns of a cylinder: see `freedoms`."""
     AMBIGUOUS = 2
