@@ -20,7 +20,7 @@ from .loops import StoredScans
 from .matching import Match, match_scans
 from .motions import length_and_angle, relative
 from .odometry_noise import OdometryNoise, pose_of
-from .recovery import ENOUGH, RESTING, contradicts, earlier_match, has_moved, is_new_view
+from .recovery import ENOUGH, RESTING, contradicts, earlier_match, has_moved, is_far, is_new_view
 from .rivals import Rivals
 from .scan import Scan
 from .segments import Segments, segments
@@ -44,8 +44,6 @@ _SHARE_OF_ANGLE, _SHARE_OF_LENGTH = 0.1, 0.15
 """What standard deviations grow by, as a share of the angle and the length of a motion."""
 _LOST = np.array([np.radians(30.0), 1.0, 1.0])
 """Standard deviations of the motion between two scans without odometry."""
-_RARE = 3.3
-"""From a probability: deviations that a number exceeds with a probability of a thousandth."""
 _KNOWN = (ScanStatus.ADDED, ScanStatus.ASSUMED, ScanStatus.STANDING, ScanStatus.LOST)
 """The statuses of scans at a known motion from the scans before them."""
 
@@ -281,7 +279,7 @@ class Mapper:
                 if not (others.is_slip(motor) and self._is_contradicted(scan, others.best)):
                     motor, spread = others.around(motor)
                     information = np.linalg.inv(np.linalg.inv(information) + spread)
-            if has_failed and self._is_far(motor):
+            if has_failed and is_far(motor, _LOST * (1 + self._unmatched)):
                 # Rooms look alike.
                 information = self._loops.begin_part(len(self._path))
             self._motion, self._spread = motor, np.linalg.inv(information)
@@ -318,11 +316,6 @@ class Mapper:
 
     def _is_contradicted(self, scan: Scan, motion: Reals) -> bool:
         return self._path.is_contradicted(sight_of(scan), motion, self._options.n_recent)
-
-    def _is_far(self, motion: Reals) -> bool:
-        """Return whether a motion is larger than those between two scans are, with a probability of a thousandth."""
-        angle, shift = pga2.motor_to_angle_translation(motion)
-        return bool((np.abs([angle, *shift]) > _RARE * _LOST * (1 + self._unmatched)).any())
 
     def _aligned(
         self, scan: Scan, seen: Surface, reference: Reference, guesses: list[Reals], prior: Reals, likely: list[Reals]

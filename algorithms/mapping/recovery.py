@@ -11,7 +11,7 @@ from .keyframes import Keyframes
 from .loops import StoredScans
 from .matching import match_scans
 from .motions import are_near, length_and_angle, relative
-from .rivals import Rivals
+from .rivals import RARE, Rivals
 from .scan import Scan
 from .status import MappingStatus
 from .surfaces import Alignment, Reference, Surface, align
@@ -45,6 +45,12 @@ def contradicts(last: Scan, scan: Scan, found: Alignment, reference: Reference, 
     if match.status != MappingStatus.OK or are_near(match.motor, found.motor, *_NEAR):
         return False
     return others.are_unlike(align(reference, seen, match.motor).motor, found.motor)
+
+
+def is_far(motion: Reals, deviations: Reals) -> bool:
+    """Return whether a motion is larger than its deviations, angle, x and y, allow with a thousandth."""
+    angle, shift = pga2.motor_to_angle_translation(motion)
+    return bool((np.abs([angle, *shift]) > RARE * deviations).any())
 
 
 def has_moved(last: Scan | None, scan: Scan) -> bool:

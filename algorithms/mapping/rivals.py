@@ -16,7 +16,7 @@ from .surfaces import Reference, Surface
 _CELL, _COARSE = 0.1, 3
 """Metres of cells, and about those by which the motions that are compared differ; cells along an edge of larger ones,
 within which readings have known surfaces near by."""
-_REACH = 3.3
+RARE = 3.3
 """From a probability: deviations that a number exceeds with a probability of a thousandth."""
 _MOST_POINTS, _STEPS = 90, (3, 6)
 """Limits on work: readings that are compared, and the least and the most steps in each direction."""
@@ -51,7 +51,7 @@ class Rivals:
         self._walls, self._known = _occupied(cells), _occupied(cells // _COARSE + 1)
         arm = float(np.median(np.hypot(*self._points.T)))
         units = np.array([_CELL / max(arm, _CELL), _CELL, _CELL])
-        reach = _REACH * np.sqrt(np.diag(np.linalg.inv(information)))
+        reach = RARE * np.sqrt(np.diag(np.linalg.inv(information)))
         n = np.clip(np.ceil(reach / units), *_STEPS).astype(int)
         self._steps = np.maximum(reach / n, units)
         sides = (step * np.arange(-k, k + 1) for step, k in zip(self._steps, n, strict=True))
