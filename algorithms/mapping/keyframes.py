@@ -76,11 +76,11 @@ class Keyframes:
         self._sights.append(None)
         self._looks.append(np.zeros((2, len(surface.points)), np.int16))
 
-    def look(self, sight: Sight, n_recent: int) -> None:
-        """Count which points of recent poses the last one sees or sees through, and the other way round."""
+    def look(self, sight: Sight, first: int) -> None:
+        """Count which points of poses from `first` on the last one sees or sees through, and the other way round."""
         self._sights[-1] = sight
         last = len(self) - 1
-        rows = self._recent(n_recent)[:-1]
+        rows = np.arange(first, last)
         if len(rows):
             chosen = [self.surfaces[row] for row in rows]
             looks = sight.looks(self._moved(chosen, rows, self.motors[last]).points)
@@ -92,16 +92,13 @@ class Keyframes:
             if other is not None:
                 self._looks[last] += other.looks(pga2.move_point(motor, self.surfaces[last].points))
 
-    def _recent(self, n_recent: int) -> Reals:
-        return np.arange(max(len(self) - 1 - n_recent, 0), len(self))
-
-    def is_contradicted(self, sight: Sight, motion: Reals, n_recent: int) -> bool:
+    def is_contradicted(self, sight: Sight, motion: Reals, first: int) -> bool:
         """Return whether a scan at a motion from the last pose sees through what others have seen.
 
         By Laplace's rule of succession, a point that k of n scans have seen through is seen through again with the
         probability ``(k + 1) / (n + 2)``. From another place it is with a half.
         """
-        rows = self._recent(n_recent)
+        rows = np.arange(first, len(self))
         seen, through = np.concatenate([self._looks[row] for row in rows], axis=1)
         frame = pga2.motor_product(self.motors[-1], motion)
         on, free = sight.looks(self._moved([self.surfaces[row] for row in rows], rows, frame).points)

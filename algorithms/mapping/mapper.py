@@ -158,17 +158,18 @@ class Mapper:
         seconds = None if time is None else finite_number(time, "time")
         n_loops, optimised_at = len(self._path.loops), self._loops.optimised_at
         self._take(scan, pose_of(odometry), seconds)
-        loops = self._path.loops
+        loops, lost = self._path.loops, self._loops.parts.lost_since
         closure = None if len(loops) == n_loops else tuple(self._added[row] for row in loops[-1])
         return MapStep(
             self.motor, ScanStatus(self._statuses[-1]), self.covariance, closure,
             self._loops.optimised_at != optimised_at, len(self._statuses), len(self._path), len(loops),
-            self._lost_since(),
+            None if lost is None else self._added[lost],
         )  # fmt: skip
 
-    def _lost_since(self) -> int | None:
-        row = self._loops.parts.lost_since
-        return None if row is None else self._added[row]
+    @property
+    def _first(self) -> int:
+        """The first pose whose scan is compared with the next one."""
+        return max(len(self._path) - self._options.n_recent, self._loops.parts.start)
 
     def _take(self, scan: Scan, odometry: Reals | None, time: float | None) -> None:
         self._times.append(np.nan if time is None else float(time))
@@ -240,7 +241,7 @@ class Mapper:
 
     def _extend(self, scan: Scan, seen: Surface, motion: Reals, information: Reals, status: ScanStatus) -> None:
         self._path.add(seen, motion, information)
-        self._path.look(sight_of(scan), self._options.n_recent)
+        self._path.look(sight_of(scan), self._first)
         self._speed = motion
         self._segments.append(segments(scan))
         self._scans.add(scan)
@@ -254,8 +255,7 @@ class Mapper:
 
     def _match(self, scan: Scan, seen: Surface, measured: bool, has_odometry: bool) -> None:
         last = len(self._path) - 1
-        first = max(last + 1 - self._options.n_recent, self._loops.parts.start)
-        reference = self._path.submap(np.arange(first, last + 1), last)
+        reference = self._path.submap(np.arange(self._first, last + 1), last)
         prior = np.diag(1 / np.diag(self._spread))
         has_failed = has_odometry and not self._by_odometry and not self._jumped
         # Without a prediction, robots go on as before, or have stopped.
@@ -315,7 +315,7 @@ class Mapper:
             self._keep(ScanStatus.ODOMETRY_JUMP if self._jumped else ScanStatus.NOT_MATCHED)
 
     def _is_contradicted(self, scan: Scan, motion: Reals) -> bool:
-        return self._path.is_contradicted(sight_of(scan), motion, self._options.n_recent)
+        return self._path.is_contradicted(sight_of(scan), motion, self._first)
 
     def _aligned(
         self, scan: Scan, seen: Surface, reference: Reference, guesses: list[Reals], prior: Reals, likely: list[Reals]

@@ -8,7 +8,8 @@ from laser_scenes import box, scan_at
 from algorithms.arguments import Reals
 from algorithms.mapping import Mapper, Scan, ScanStatus
 from algorithms.mapping.free_space import sight_of
-from algorithms.mapping.keyframes import IDENTITY
+from algorithms.mapping.keyframes import IDENTITY, Keyframes
+from algorithms.mapping.loops import _thinned
 from algorithms.mapping.rivals import Rivals
 from algorithms.mapping.surfaces import Reference, surface
 from generated import pga2
@@ -57,6 +58,19 @@ def test_people_leave_the_map_and_walls_stay() -> None:
     assert (~after).sum() > 0.95 * (~before).sum()
 
 
+def test_submaps_that_scans_see_through_are_compared_without_points() -> None:
+    """A scan of a small room, and scans from its centre in a large one, which see through all of its walls."""
+    rng = np.random.default_rng(6)
+    path = Keyframes()
+    for size in (4, 20, 20):
+        scan = scan_at(rng, box(0, 0, size, size), np.zeros(3))
+        path.add(surface(scan), IDENTITY, np.eye(3))
+        path.look(sight_of(scan), 0)
+    empty = path.parts(np.arange(1), 0)
+    assert len(path.surfaces[0].points) > 100 and len(empty[0].points) == 0
+    assert len(_thinned(empty).points) == 0
+
+
 def test_looks_of_a_scan() -> None:
     """Points before walls are seen through, points on them are seen, and others say nothing."""
     sight = sight_of(Scan(np.full(91, 4.0), -np.pi / 4, np.pi / 180, 30.0))
@@ -72,8 +86,8 @@ def test_walls_that_a_scan_sees_through_contradict_a_motion() -> None:
         mapper.add(scan_at(rng, ROOM, np.array([0.2 * k, 0.0, 0.0])), [0.2 * k, 0.0, 0.0])
     step = pga2.motor_from_angle_translation(0.0, np.array([0.2, 0.0]))
     here, far = (scan_at(rng, walls, np.array([0.8, 0.0, 0.0])) for walls in (ROOM, box(0, 0, 20, 18)))
-    assert not mapper._path.is_contradicted(sight_of(here), step, 25)
-    assert mapper._path.is_contradicted(sight_of(far), step, 25)
+    assert not mapper._path.is_contradicted(sight_of(here), step, 0)
+    assert mapper._path.is_contradicted(sight_of(far), step, 0)
 
 
 def test_what_scans_do_not_show_is_left_to_odometry() -> None:
