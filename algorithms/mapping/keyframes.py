@@ -7,6 +7,7 @@ import numpy as np
 from generated import line_maps, pga2
 
 from ..arguments import Reals
+from .free_space import Sight
 from .motions import length_and_angle, relative
 from .pose_graph import OptimisedPoses, optimise_poses
 from .surfaces import Reference, Surface
@@ -29,6 +30,9 @@ class Keyframes:
 
     def __init__(self) -> None:
         self.surfaces: list[Surface] = []
+        self._sights: list[Sight | None] = []
+        self._looks: list[Reals] = []
+        """For each point, how many other scans see it, and how many see through it."""
         self._motors = np.zeros((64, 4))
         self._travelled = np.zeros(64)
         self._edges: list[tuple[int, int]] = []
@@ -69,6 +73,37 @@ class Keyframes:
             self._motors[0] = IDENTITY
         narrow = (each.astype(np.float32) for each in (surface.points, surface.normals))
         self.surfaces.append(Surface(*narrow))
+        self._sights.append(None)
+        self._looks.append(np.zeros((2, len(surface.points)), np.int16))
+
+    def look(self, sight: Sight, first: int) -> None:
+        """Count which points of poses from `first` on the last one sees or sees through, and the other way round."""
+        self._sights[-1] = sight
+        last = len(self) - 1
+        rows = np.arange(first, last)
+        if len(rows):
+            chosen = [self.surfaces[row] for row in rows]
+            looks = sight.looks(self._moved(chosen, rows, self.motors[last]).points)
+            ends = np.cumsum([len(each.points) for each in chosen])[:-1]
+            for row, more in zip(rows, np.split(looks, ends, axis=1), strict=True):
+                self._looks[row] += more
+        for row, motor in zip(rows, relative(self.motors[rows], self.motors[last]), strict=True):
+            other = self._sights[row]
+            if other is not None:
+                self._looks[last] += other.looks(pga2.move_point(motor, self.surfaces[last].points))
+
+    def is_contradicted(self, sight: Sight, motion: Reals, first: int) -> bool:
+        """Return whether a scan at a motion from the last pose sees through what others have seen.
+
+        By Laplace's rule of succession, a point that k of n scans have seen through is seen through again with the
+        probability ``(k + 1) / (n + 2)``. From another place it is with a half.
+        """
+        rows = np.arange(first, len(self))
+        seen, through = np.concatenate([self._looks[row] for row in rows], axis=1)
+        frame = pga2.motor_product(self.motors[-1], motion)
+        on, free = sight.looks(self._moved([self.surfaces[row] for row in rows], rows, frame).points)
+        again = (through + 1) / (seen + through + 2)
+        return bool((free * np.log(2 * again) + on * np.log(2 * (1 - again))).sum() < 0)
 
     def add_loop(self, edge: tuple[int, int], motion: Reals, information: Reals) -> None:
         """Add a measured motion between two poses that do not follow each other."""
@@ -92,18 +127,27 @@ class Keyframes:
         return Reference(self.parts(rows, origin))
 
     def parts(self, rows: Reals, origin: int) -> list[Surface]:
-        """Return the surfaces of some poses, each in the frame of the pose `origin`."""
+        """Return the surfaces of some poses, each in the frame of the pose `origin`, without what most see through."""
         if not len(rows):
             return []
-        # All points in one call, which takes less time than a call for each surface.
-        chosen = [self.surfaces[row] for row in rows]
-        counts = [len(each.points) for each in chosen]
-        whole = Surface(*(np.concatenate(each) for each in zip(*((x.points, x.normals) for x in chosen), strict=True)))
-        moved = whole.moved(np.repeat(relative(self.motors[origin], self.motors[rows]), counts, axis=0))
-        ends = np.cumsum(counts)[:-1]
+        chosen = [self._still(row) for row in rows]
+        moved = self._moved(chosen, rows, self.motors[origin])
+        ends = np.cumsum([len(each.points) for each in chosen])[:-1]
         return [
             Surface(*each) for each in zip(np.split(moved.points, ends), np.split(moved.normals, ends), strict=True)
         ]
+
+    def _moved(self, chosen: list[Surface], rows: Reals, frame: Reals) -> Surface:
+        """Return the surfaces of some poses as one, in another frame."""
+        # All points in one call, which takes less time than a call for each surface.
+        counts = [len(each.points) for each in chosen]
+        whole = Surface(*(np.concatenate(each) for each in zip(*((x.points, x.normals) for x in chosen), strict=True)))
+        return whole.moved(np.repeat(relative(frame, self.motors[rows]), counts, axis=0))
+
+    def _still(self, row: int) -> Surface:
+        found, (seen, through) = self.surfaces[row], self._looks[row]
+        still = seen >= through
+        return found if still.all() else Surface(found.points[still], found.normals[still])
 
     def optimise(self) -> OptimisedPoses:
         """Make the poses agree with all measured motions."""

@@ -211,5 +211,5 @@ def _is_determined(found: Alignment) -> bool:
 
 def _thinned(parts: list[Surface]) -> Surface:
     points, normals = (np.concatenate([getattr(part, name) for part in parts]) for name in ("points", "normals"))
-    step = -(-len(points) // _MOST_POINTS)
+    step = max(-(-len(points) // _MOST_POINTS), 1)
     return Surface(points[::step], normals[::step])

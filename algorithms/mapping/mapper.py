@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,14 +12,16 @@ from generated import pga2
 
 from ..arguments import Reals, finite_number
 from .built_map import BuildSettings, BuiltMap, MapStep, Progress, ScanStatus
+from .free_space import sight_of
 from .keyframes import IDENTITY, Keyframes
 from .line_views import View, fused
 from .loop_closing import Loops
 from .loops import StoredScans
-from .matching import match_scans
+from .matching import Match, match_scans
 from .motions import length_and_angle, relative
 from .odometry_noise import OdometryNoise, pose_of
-from .recovery import ENOUGH, RESTING, contradicts, earlier_match, has_moved, is_new_view
+from .recovery import ENOUGH, RESTING, contradicts, earlier_match, has_moved, is_far, is_new_view
+from .rivals import Rivals
 from .scan import Scan
 from .segments import Segments, segments
 from .status import MappingStatus
@@ -41,8 +44,6 @@ _SHARE_OF_ANGLE, _SHARE_OF_LENGTH = 0.1, 0.15
 """What standard deviations grow by, as a share of the angle and the length of a motion."""
 _LOST = np.array([np.radians(30.0), 1.0, 1.0])
 """Standard deviations of the motion between two scans without odometry."""
-_RARE = 3.3
-"""From a probability: deviations that a number exceeds with a probability of a thousandth."""
 _KNOWN = (ScanStatus.ADDED, ScanStatus.ASSUMED, ScanStatus.STANDING, ScanStatus.LOST)
 """The statuses of scans at a known motion from the scans before them."""
 
@@ -73,8 +74,11 @@ class Mapper:
     Scans are compared once odometry has moved by the least length or angle of the settings; until then they are
     STANDING. Odometry that rests while most readings change has failed, and counts as missing.
 
-    Where scans contradict the odometry, the robot may have been carried. The scans that follow are LOST until two of
-    them match scans of the map before, without a prior, and both agree on the place.
+    What later scans see through, such as people, is left out of the surfaces that scans are aligned with. Covariances
+    include the other motions that odometry leaves possible, by what they explain of a scan.
+
+    Where scans see through walls at the place by odometry, the robot may have been carried. The scans that follow are
+    LOST until two of them match scans of the map before, without a prior, and both agree on the place.
     """
 
     def __init__(self, settings: BuildSettings | None = None) -> None:
@@ -154,17 +158,18 @@ class Mapper:
         seconds = None if time is None else finite_number(time, "time")
         n_loops, optimised_at = len(self._path.loops), self._loops.optimised_at
         self._take(scan, pose_of(odometry), seconds)
-        loops = self._path.loops
+        loops, lost = self._path.loops, self._loops.parts.lost_since
         closure = None if len(loops) == n_loops else tuple(self._added[row] for row in loops[-1])
         return MapStep(
             self.motor, ScanStatus(self._statuses[-1]), self.covariance, closure,
             self._loops.optimised_at != optimised_at, len(self._statuses), len(self._path), len(loops),
-            self._lost_since(),
+            None if lost is None else self._added[lost],
         )  # fmt: skip
 
-    def _lost_since(self) -> int | None:
-        row = self._loops.parts.lost_since
-        return None if row is None else self._added[row]
+    @property
+    def _first(self) -> int:
+        """The first pose whose scan is compared with the next one."""
+        return max(len(self._path) - self._options.n_recent, self._loops.parts.start)
 
     def _take(self, scan: Scan, odometry: Reals | None, time: float | None) -> None:
         self._times.append(np.nan if time is None else float(time))
@@ -236,6 +241,7 @@ class Mapper:
 
     def _extend(self, scan: Scan, seen: Surface, motion: Reals, information: Reals, status: ScanStatus) -> None:
         self._path.add(seen, motion, information)
+        self._path.look(sight_of(scan), self._first)
         self._speed = motion
         self._segments.append(segments(scan))
         self._scans.add(scan)
@@ -249,33 +255,41 @@ class Mapper:
 
     def _match(self, scan: Scan, seen: Surface, measured: bool, has_odometry: bool) -> None:
         last = len(self._path) - 1
-        first = max(last + 1 - self._options.n_recent, self._loops.parts.start)
-        reference = self._path.submap(np.arange(first, last + 1), last)
+        reference = self._path.submap(np.arange(self._first, last + 1), last)
         prior = np.diag(1 / np.diag(self._spread))
         has_failed = has_odometry and not self._by_odometry and not self._jumped
         # Without a prediction, robots go on as before, or have stopped.
         guesses = [self._motion] if measured else [self._speed, self._motion]
-        best = self._aligned(scan, seen, reference, guesses, prior)
+        others = Rivals(reference, seen, self._motion, prior) if measured and len(reference.points) else None
+        likely = [] if others is None else [others.best]
+        best = self._aligned(scan, seen, reference, guesses, prior, likely)
         accepted = best is not None and (best.share >= ENOUGH or (measured and is_new_view(best)))
-        if best is not None and self._by_odometry and accepted:
-            accepted = not contradicts(self._scans[last], scan, best)
+        if best is not None and self._by_odometry and accepted and others is not None:
+            accepted = not contradicts(self._scans[last], scan, best, reference, seen, others)
+            accepted &= not self._is_contradicted(scan, best.motor)
         if best is not None and accepted:
             if self._by_odometry:
                 angle, shift = pga2.motor_to_angle_translation(relative(self._motion, best.motor))
                 self._noise.add(np.array([angle, *shift]), self._uncertain)
             # Without a prediction, the readings agree with the motion but do not prove it.
-            information = best.information + prior if measured else prior
-            if has_failed and self._is_far(best.motor):
+            motor, information = best.motor, prior
+            if others is not None:
+                information = best.information + prior
+                # Wheels have slipped if the scan sees through walls wherever odometry leaves it.
+                if not (others.is_slip(motor) and self._is_contradicted(scan, others.best)):
+                    motor, spread = others.around(motor)
+                    information = np.linalg.inv(np.linalg.inv(information) + spread)
+            if has_failed and is_far(motor, _LOST * (1 + self._unmatched)):
                 # Rooms look alike.
                 information = self._loops.begin_part(len(self._path))
-            self._motion, self._spread = best.motor, np.linalg.inv(information)
+            self._motion, self._spread = motor, np.linalg.inv(information)
             if not measured and self._is_near():
                 self._keep(ScanStatus.STANDING)
             else:
                 if not measured and has_odometry:
                     information = self._loops.begin_part(len(self._path))
                 status = ScanStatus.ADDED if measured or has_odometry else ScanStatus.ASSUMED
-                self._extend(scan, seen, best.motor, information, status)
+                self._extend(scan, seen, motor, information, status)
             return
         recovered = earlier_match(self._path, self._scans, scan, seen, self._motion)
         if recovered is not None and not (has_failed and recovered[0] != last):
@@ -293,22 +307,27 @@ class Mapper:
             return
         self._unmatched += 1
         if measured and self._unmatched > _MOST_UNMATCHED:
-            self._extend(scan, seen, self._motion, self._loops.begin_part(len(self._path)), ScanStatus.BY_ODOMETRY)
+            information = prior
+            if self._is_contradicted(scan, self._motion):
+                information = self._loops.begin_part(len(self._path))
+            self._extend(scan, seen, self._motion, information, ScanStatus.BY_ODOMETRY)
         else:
             self._keep(ScanStatus.ODOMETRY_JUMP if self._jumped else ScanStatus.NOT_MATCHED)
 
-    def _is_far(self, motion: Reals) -> bool:
-        """Return whether a motion is larger than those between two scans are, with a probability of a thousandth."""
-        angle, shift = pga2.motor_to_angle_translation(motion)
-        return bool((np.abs([angle, *shift]) > _RARE * _LOST * (1 + self._unmatched)).any())
+    def _is_contradicted(self, scan: Scan, motion: Reals) -> bool:
+        return self._path.is_contradicted(sight_of(scan), motion, self._first)
 
     def _aligned(
-        self, scan: Scan, seen: Surface, reference: Reference, guesses: list[Reals], prior: Reals
+        self, scan: Scan, seen: Surface, reference: Reference, guesses: list[Reals], prior: Reals, likely: list[Reals]
     ) -> Alignment | None:
         """Return the alignment that explains most readings; more starts are tried until one explains enough."""
 
+        @lru_cache(maxsize=1)
+        def match() -> Match:
+            return match_scans(self._scans[len(self._path) - 1], scan)
+
         def starts() -> Iterator[Reals]:
-            yield from guesses
+            yield from (*likely, *guesses)
             if len(guesses) > 1:
                 yield from matched()
             for turn in _TURNS:
@@ -318,16 +337,15 @@ class Mapper:
                 yield from matched()
 
         def matched() -> Iterator[Reals]:
-            match = match_scans(self._scans[len(self._path) - 1], scan)
-            if match.status not in (MappingStatus.NOT_MATCHED, MappingStatus.TOO_FEW_READINGS):
-                yield from (match.motor, *match.others)
+            if match().status not in (MappingStatus.NOT_MATCHED, MappingStatus.TOO_FEW_READINGS):
+                yield from (match().motor, *match().others)
 
         best: Alignment | None = None
         for start in starts():
             found = align(reference, seen, start, guesses[0], prior)
             angle, shift = pga2.motor_to_angle_translation(relative(guesses[0], found.motor))
             off = np.array([angle, *shift])
-            if off @ prior @ off > _CREDIBLE and found.share < _CERTAIN:
+            if off @ prior @ off > _CREDIBLE and (found.share < _CERTAIN or len(match().others)):
                 continue
             if best is None or found.share > best.share:
                 best = found

@@ -9,16 +9,16 @@ from generated import mapping as kernels
 from ..arguments import Reals
 from .scan import Scan
 
-_JOINED = 0.35
+JOINED = 0.35
 """Points that are farther apart are not on one surface, in metres."""
-_NARROW, _IN_FRONT = 0.6, 0.3
+NARROW, _IN_FRONT = 0.6, 0.3
 """Objects are left out if they are narrower than the first, and nearer than what is beside them by the second."""
 
 
 def joined_points(scan: Scan) -> Reals:
     """Return for each pair of neighbouring readings whether they are on one surface, (k - 1,) bool."""
     readings = scan.points(), scan.ranges[scan.beams], scan.beams.astype(float)
-    return np.asarray(kernels.surface_begins(*readings, scan.angle_step, _JOINED)[1:] == 0)
+    return np.asarray(kernels.surface_begins(*readings, scan.angle_step, JOINED)[1:] == 0)
 
 
 def narrow_objects(scan: Scan) -> Reals:
@@ -26,6 +26,6 @@ def narrow_objects(scan: Scan) -> Reals:
     points = scan.points()
     if len(points) < 3:
         return np.zeros(len(points), bool)
-    rules = np.array([_JOINED, _NARROW, _IN_FRONT])
+    rules = np.array([JOINED, NARROW, _IN_FRONT])
     found = kernels.narrow_readings(points, scan.ranges[scan.beams], scan.beams.astype(float), scan.angle_step, rules)
     return np.asarray(found, bool)

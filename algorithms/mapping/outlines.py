@@ -9,6 +9,7 @@ import numpy as np
 from generated import mapping as kernels
 
 from ..arguments import Reals
+from .free_space import sight_of
 from .narrow_objects import narrow_objects
 from .scan import Scan
 from .segments import TOLERANCE
@@ -105,7 +106,7 @@ def outline_of(scan: Scan) -> Outline:
         long,
         points[index] + fraction[:, None] * steps[index, :2],
         _histogram(steps[:, 3], steps[:, 4]),
-        _closest(scan),
+        sight_of(scan).closest,
     )
 
 
@@ -133,10 +134,3 @@ def _histogram(angles: Reals, weights: Reals) -> Reals:
     bins = np.floor(angles * (BINS / (2 * np.pi))).astype(int) % BINS
     smooth = np.fft.irfft(np.fft.rfft(np.bincount(bins, weights, BINS)) * _KERNEL, BINS)
     return np.asarray(np.fft.rfft(np.sqrt(np.maximum(smooth, 0))))
-
-
-def _closest(scan: Scan) -> Reals:
-    ranges = np.full(len(scan) + 2, np.inf)
-    ranges[1:-1][scan.beams] = scan.ranges[scan.beams]
-    least = np.minimum(np.minimum(ranges[:-2], ranges[1:-1]), ranges[2:])
-    return np.where(np.isfinite(least), least, 0.0)

@@ -11,9 +11,10 @@ from .keyframes import Keyframes
 from .loops import StoredScans
 from .matching import match_scans
 from .motions import are_near, length_and_angle, relative
+from .rivals import RARE, Rivals
 from .scan import Scan
 from .status import MappingStatus
-from .surfaces import Alignment, Surface, align
+from .surfaces import Alignment, Reference, Surface, align
 
 ENOUGH = 0.4
 """The share of readings on known surfaces below which a scan is refused."""
@@ -35,10 +36,21 @@ def is_new_view(found: Alignment) -> bool:
     return found.agreement >= _AGREES and found.share >= _OVERLAP
 
 
-def contradicts(last: Scan, scan: Scan, found: Alignment) -> bool:
-    """Return whether the motion from the last scan, without a prior, is another one: then odometry has slipped."""
+def contradicts(last: Scan, scan: Scan, found: Alignment, reference: Reference, seen: Surface, others: Rivals) -> bool:
+    """Return whether the motion from the last scan, without a prior, is another one that readings show to be right.
+
+    Then odometry has slipped, or the robot was carried.
+    """
     match = match_scans(last, scan)
-    return match.status == MappingStatus.OK and not are_near(match.motor, found.motor, *_NEAR)
+    if match.status != MappingStatus.OK or are_near(match.motor, found.motor, *_NEAR):
+        return False
+    return others.are_unlike(align(reference, seen, match.motor).motor, found.motor)
+
+
+def is_far(motion: Reals, deviations: Reals) -> bool:
+    """Return whether a motion is larger than its deviations, angle, x and y, allow with a thousandth."""
+    angle, shift = pga2.motor_to_angle_translation(motion)
+    return bool((np.abs([angle, *shift]) > RARE * deviations).any())
 
 
 def has_moved(last: Scan | None, scan: Scan) -> bool:

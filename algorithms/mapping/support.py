@@ -10,6 +10,7 @@ from generated import mapping as kernels
 from generated import pga2
 
 from ..arguments import Reals
+from .free_space import Sight
 from .outlines import Outline
 
 _ON = 0.1
@@ -18,11 +19,6 @@ _PARALLEL = 0.9
 """The least cosine of the angle between the normals of a reading and of the line that it is on."""
 _SPACING = 0.1
 """Metres between neighbouring beams on a wall from which on each reading counts fully; nearer ones count less."""
-
-
-_FREE, _BEFORE = 0.97, 0.2
-"""A reading is in free space if it is nearer than this part of the range of the beam through it, less metres: closer to
-a surface, errors of angles and ranges may have moved it there. `sum_of_scores` has the same limits."""
 
 
 class Support(NamedTuple):
@@ -65,16 +61,7 @@ def _one_way(a: Outline, b: Outline, motors: Reals, apart: float, every: int) ->
     limits = np.array([_ON * _ON, _PARALLEL, farther])
     sums = b.stride * np.asarray(kernels.normals_on_lines(motors, rows, *near, a.rows, limits))
     xx, xy, yy = sums[..., 0], sums[..., 1], sums[..., 2]
-    is_free = (near[0] > apart * apart) & _in_free_space(a, moved)
+    is_free = (near[0] > apart * apart) & Sight(a.closest, a.scan.angle_min, a.scan.angle_step).sees_through(moved)
     counts = np.minimum(np.hypot(*points.T) / farther, 1.0)
     readings = np.asarray((xx + yy) / 2 - np.hypot((xx - yy) / 2, xy))
     return Support(readings, b.stride * (is_free @ counts), is_free.mean(-1))
-
-
-def _in_free_space(a: Outline, points: Reals) -> Reals:
-    """Return which points are before all that the scan shows near the beam through them."""
-    distances, angles = (np.asarray(each) for each in kernels.distance_and_angle(points))
-    turns = (angles - a.scan.angle_min) * (np.sign(a.scan.angle_step) / (2 * np.pi))
-    beams = np.floor((turns - np.floor(turns)) * (2 * np.pi / abs(a.scan.angle_step)) + 0.5).astype(int)
-    ranges = np.append(a.closest, 0.0)[np.minimum(beams, len(a.closest))]
-    return np.asarray(distances < _FREE * ranges - _BEFORE)

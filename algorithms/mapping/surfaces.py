@@ -10,8 +10,9 @@ import scipy
 from generated import line_maps, pga2
 
 from ..arguments import Reals
+from ..precision import ROUNDING
 from .motions import relative
-from .narrow_objects import joined_points, narrow_objects
+from .narrow_objects import JOINED, joined_points, narrow_objects
 from .scan import Scan
 
 _SQUARE = np.array([0, 1, 2, 1, 3, 4, 2, 4, 5])
@@ -169,17 +170,32 @@ def align(
         if count + first > _FINAL and np.abs(change).max() < SETTLED:
             break
     motor = np.asarray(pga2.normalize_motor(motor))
-    return Alignment(motor, matrix, *_quality(reference, seen, motor), count)
+    return Alignment(motor, *_quality(reference, seen, motor), count)
 
 
-def _quality(reference: Reference, seen: Surface, motor: Reals) -> tuple[float, float, float]:
-    """Return the share of points on the surface of a reference, that among points near it, and the rms distance."""
+def _quality(reference: Reference, seen: Surface, motor: Reals) -> tuple[Reals, float, float, float]:
+    """Return the information, the share of points on the surface of a reference, that of points near it, and the rms.
+
+    Objects that have moved pull all their readings to one side, so that the variances of the gradient are those of
+    whole objects (Liang and Zeger, *Biometrika* 73:13, 1986), beside those of independent readings.
+    """
     targets, normals, weights, distances = _targets(reference, seen, motor, _NEAR)
     off = ((pga2.move_point(motor, seen.points) - targets) * normals).sum(1)
     good = (weights > 0) & (np.abs(off) < INLIER) & (distances < 3 * INLIER)
     if not good.any():
-        return 0.0, 0.0, float("inf")
-    return float(good.mean()), float(good.sum() / np.isfinite(distances).sum()), float(np.sqrt(np.mean(off[good] ** 2)))
+        return np.zeros((3, 3)), 0.0, 0.0, float("inf")
+    near = (weights > 0) & (distances < _REACHES[-1])
+    shares = near / (1 + (off / _SCALE) ** 2) ** 2
+    x, y = seen.points.T
+    along = np.asarray(pga2.move_direction(pga2.motor_inverse(motor), normals))
+    rows = np.column_stack([x * along[:, 1] - y * along[:, 0], along])
+    curvature = rows.T @ (shares[:, None] * rows)
+    begins = np.concatenate([[0], np.flatnonzero(np.hypot(*np.diff(seen.points, axis=0).T) > JOINED) + 1])
+    pulls = np.add.reduceat((shares * off)[:, None] * rows, begins)
+    spread = pulls.T @ pulls + (_SIGMA**2 / _INDEPENDENT) * curvature + ROUNDING * np.eye(3)
+    information = curvature @ np.linalg.solve(spread, curvature)
+    rms = float(np.sqrt(np.mean(off[good] ** 2)))
+    return information, float(good.mean()), float(good.sum() / np.isfinite(distances).sum()), rms
 
 
 def _targets(reference: Reference, seen: Surface, motor: Reals, reach: float) -> tuple[Reals, Reals, Reals, Reals]:

@@ -62,6 +62,12 @@ def localize_by_landmarks(
     ------
     TypeError, ValueError
         If places do not match the landmarks, or if groups are not directions.
+
+    Notes
+    -----
+    OK assumes that places are exact. If a landmark is larger or smaller than stated, the camera is farther away or
+    nearer by the same factor, which a single landmark cannot show: its pose is wrong, with the status OK. Several
+    landmarks of wrong sizes contradict each other, unless they are near together.
     """
     size = finite_number(noise, "noise")
     known = np.isfinite(learned.points[..., 0]).sum(1)

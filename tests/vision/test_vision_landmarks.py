@@ -105,6 +105,19 @@ def test_exact_directions_give_the_exact_pose() -> None:
     np.testing.assert_allclose(pga3.motor_to_matrix(found.pose), matrix, atol=1e-8)
 
 
+def test_landmarks_of_another_size_contradict_each_other() -> None:
+    """Three landmarks that are 15 % larger than stated; with the stated size the same scene is OK."""
+    rng = np.random.default_rng(6)
+    shapes, places = corridor(rng)
+    learned = LandmarkMap.learn([np.stack([seen(rng, shape, 1.0) for _ in range(5)]) for shape in shapes])
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = Rotation.from_rotvec([0.05, 0.1, 1.0]).as_matrix(), [8.0, 0.3, 1.0]
+    groups = [directions(rng, pga3.motor_from_matrix(matrix), places[k], 0.5) for k in (6, 7, 8)]
+    for size, status in ((1.0, VisionStatus.OK), (1 / 1.15, VisionStatus.NO_CONSENSUS)):
+        stated = [place.mean(0) + size * (place - place.mean(0)) for place in places]
+        assert localize_by_landmarks(learned, stated, groups, PIXEL).status == status
+
+
 def test_invalid_places_of_landmarks_are_rejected() -> None:
     rng = np.random.default_rng(3)
     shapes, places = corridor(rng)
