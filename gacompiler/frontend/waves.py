@@ -21,6 +21,7 @@ from . import operations as scalar
 from .exponentials import circular, even_and_odd
 from .expression import Expression
 from .operands import check_operand, own_operations
+from .rows import Array
 from .squares import blades_of, form_of
 
 LARGE = 20
@@ -85,6 +86,8 @@ def _quotient(a: Any, b: Any) -> Any:
 
 def _function(name: str, a: Any, combined: Callable[[Pair, Pair], Any], circle: bool) -> Any:
     """Return a function of `a`, combined from the cosines and sines of its scalar part and of its other part."""
+    if isinstance(a, Array):
+        a.refuse()
     if (run := own_operations((a,))) is not None:
         return run(name, a)
     check_operand(f"{name}()", a)

@@ -1172,8 +1172,8 @@ def dynamics_derivatives(
         base, freedoms, trunk, units, unit_freedoms, own_freedoms, moved, moved_coordinates, moved_freedoms,
     )  # fmt: skip
     inverse = _pushed(
-        frames[1], left, momenta, sizes, below, carriers, is_own, before, joints, pairs, is_carrier, factors, rows, columns,
-        mirrored, freedoms, trunk, at_base, moved_coordinates, moved_freedoms, moved_factors,
+        frames[1], left, momenta, sizes, below, carriers, is_own, before, joints, pairs, is_carrier, factors, rows,
+        columns, mirrored, freedoms, trunk, at_base, moved_coordinates, moved_freedoms, moved_factors,
         first, second, first_rows, second_rows, first_mirrored, qd,
     )  # fmt: skip
     return by_q, by_qd, inverse

@@ -278,7 +278,7 @@ STRANGER = other_input()
         ({"a": VGA3.VECTOR, "b": STA.VECTOR}, lambda a, b: a * b, None,
          "arguments of VGA3 and STA; expected one algebra"),
         ({"a": VGA3.VECTOR}, lambda a: a + STA.basis()[0], None, "arguments of VGA3 and STA"),
-        ({"a": VGA3.VECTOR}, lambda a: gacompiler.sin(a), None,
+        ({"a": VGA3.VECTOR}, lambda a: gacompiler.acos(a), None,
          "which can have blades e1 e2 e3; expected a scalar; use norm() or a coefficient, as in x.e12"),
         ({"a": VGA3.VECTOR}, lambda a: a.normalise(), None,
          "no method and no blade 'normalise'; expected a method, or the name of a blade; did you mean normalize?"),

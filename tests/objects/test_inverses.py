@@ -9,7 +9,7 @@ import pytest
 
 from gacompiler import inverse, log, sqrt
 from gacompiler.algebra.catalog import null_pairs, orthogonal
-from gacompiler.errors import AlgebraError, ZeroDivisorError
+from gacompiler.errors import AlgebraError, InexactError, ZeroDivisorError
 from gacompiler.objects import CGA3, PGA3, QUATERNIONS, STA, VGA2, VGA3, Space
 from gacompiler.structure.affine import AffineSpace
 from tests.support.all_cases import all_cases
@@ -176,11 +176,14 @@ def test_functions_that_are_not_determined() -> None:
     assert (4 * number).inverse() == 0.25
     with pytest.raises(ZeroDivisorError, match="the number 0"):
         (0 * number).inverse()
-    for exact in (four.algebra.pseudoscalar, 1.0 * four.algebra.pseudoscalar):
-        with pytest.raises(AlgebraError, match="e1234, which has no logarithm, or many"):
-            log(exact, unit=True)
+    both = four.algebra.pseudoscalar
+    with pytest.raises(AlgebraError, match="e1234, which has no logarithm, or many"):
+        log(1.0 * both, unit=True)
+    with pytest.raises(InexactError, match="is not rational"):  # neither are the logarithms of other exact rotors
+        log(both, unit=True)
+    for each in (both, 1.0 * both):
         with pytest.raises(AlgebraError, match="e1234, which has no square root, or many"):
-            sqrt(exact, unit=True)
+            sqrt(each, unit=True)
     isoclinic = (0.4 * (four.e12 + four.e34)).exp()
     assert isoclinic.log().isclose(0.4 * (four.e12 + four.e34))
     with pytest.raises(AlgebraError, match="no logarithm, or many"):

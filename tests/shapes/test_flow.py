@@ -65,5 +65,5 @@ def test_streamlines_end_on_the_circle() -> None:
 
 def test_images_without_a_gradient_are_named() -> None:
     for shape in ((1, 1), (5, 1), (1, 4, 4)):
-        with pytest.raises(ValueError, match=r"image: shape .*; expected axes of at least 2"):
+        with pytest.raises(ValueError, match=r"image: shape .*; expected at least 2 elements along each axis"):
             gradient_vector_flow(np.zeros(shape))
