@@ -24,6 +24,8 @@ _SOFTEST = 0.02
 """The last stiffness, in units of the first one."""
 _FITTED = 30
 """A limit on work: points of the source whose displacements give that of a further point."""
+_AT_ONCE = 4096
+"""A limit on memory: further points whose displacements are computed at once."""
 _MISSING = 0.01
 """The weight of the hypothesis that a target has no partner."""
 _MATCHED = 0.05
@@ -72,7 +74,8 @@ class Deformation:
         """Displace further points, such as those of a denser cloud.
 
         The spline is that of least bending through the displacements of the source, from 30 neighbours. Linear maps are
-        continued exactly. Far from the source, displacements are a guess.
+        continued exactly, and displacements of planes in space are continued along their normals. Far from the source,
+        displacements are a guess.
 
         Parameters
         ----------
@@ -92,12 +95,32 @@ class Deformation:
         if self._nodes is None or self._shift is None or not known.any():
             return places
         moderate(rows[known], "points")
-        middle, unit = self._nodes.mean(0), float(np.ptp(self._nodes, axis=0).max())
-        spline = scipy.interpolate.RBFInterpolator(
-            (self._nodes - middle) / unit, self._shift, min(_FITTED, len(self._nodes)), NEGLIGIBLE, "linear", degree=1
-        )
-        rows[known] += spline((rows[known] - middle) / unit)
+        rows[known] += _spline(self._nodes, self._shift, rows[known])
         return places
+
+
+def _spline(nodes: Reals, shift: Reals, places: Reals) -> Reals:
+    """Return the displacements at places (n, d) of the spline of least bending through those of the nearest nodes."""
+    count, d = min(_FITTED, len(nodes)), nodes.shape[1]
+    tree, found = scipy.spatial.cKDTree(nodes), np.empty_like(places)
+    for part in np.array_split(np.arange(len(places)), -(-len(places) // _AT_ONCE)):
+        near = tree.query(places[part], range(1, count + 1))[1]
+        off = nodes[near] - places[part, None]
+        off /= np.maximum(np.linalg.norm(off, axis=-1).max(-1), TINY)[:, None, None]
+        system = np.zeros((len(part), count + 1 + d, count + 1 + d))
+        system[:, :count, :count] = -np.linalg.norm(off[:, :, None] - off[:, None], axis=-1)
+        system[:, :count, count], system[:, :count, count + 1 :] = 1, off
+        system[:, count:, :count] = system[:, :count, count:].swapaxes(1, 2)
+        # Nodes that nearly coincide may differ. Those in a plane leave the slope along its normal open: it is 0 then.
+        nearest = np.arange(count)
+        system[:, nearest, nearest] = NEGLIGIBLE
+        slopes = np.arange(count + 1, count + 1 + d)
+        system[:, slopes, slopes] = -NEGLIGIBLE
+        values = np.zeros((len(part), count + 1 + d, d))
+        values[:, :count] = shift[near]
+        weights = np.linalg.solve(system, values)
+        found[part] = weights[:, count] - np.einsum("nk,nkd->nd", np.linalg.norm(off, axis=-1), weights[:, :count])
+    return found
 
 
 def register_deformable(

@@ -7,10 +7,10 @@ sum ``s - 2 P``, the difference ``D = sqrt(s**2 - 4 P w**2)`` and the product ``
 
     (H0 + H1 p) b,    H1 = (C2 T2 - C1 T1)/D,    K = (C1 T2 - C2 T1)/D,    H0 = C2 T1 - h2 K,
 
-without division by a cosine, so rotations by pi in one plane are not singular. If ``D`` is small (isoclinic rotations,
-and rotations by nearly pi in both planes), the cosines are the eigenvalues ``w +- sqrt P`` of ``w + p``, which act on
-the parts ``b (1 +- p / sqrt P) / 2`` of `b`. Near two half turns, `w` has no correct digit. The sine of the part whose
-cosine is nearly -1 then follows from `b` alone, and ``<b p b> = 2 w P`` has the sign of `w`. If `p` can be a null
+without division by a cosine, so rotations by pi in one plane are not singular. ``D`` is small for isoclinic rotations,
+and for rotations by nearly pi in both planes. There, the cosines are the eigenvalues ``w +- sqrt P`` of ``w + p``. They
+act on the parts ``b (1 +- p / sqrt P) / 2`` of `b`. Near two half turns, `w` has no correct digit. The sine of the part
+whose cosine is nearly -1 then follows from `b` alone, and ``<b p b> = 2 w P`` has the sign of `w`. If `p` can be a null
 element, a power series is used near 1.
 """
 

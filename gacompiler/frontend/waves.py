@@ -18,11 +18,11 @@ from ..algebra.signs import Signs
 from ..errors import KernelError, OperandError
 from ..rings.precise import is_precise, waves
 from . import operations as scalar
-from .exponentials import circular, even_and_odd
+from .exponentials import circular, even_and_odd, length_of
 from .expression import Expression
 from .operands import check_operand, own_operations
 from .rows import Array
-from .squares import blades_of, form_of
+from .squares import Form, blades_of, form_of
 
 LARGE = 20
 """Number from which hyperbolic tangents are 1 up to rounding: ``2 exp(-2 LARGE)`` is below 2**-54."""
@@ -107,11 +107,20 @@ def _function(name: str, a: Any, combined: Callable[[Pair, Pair], Any], circle: 
         names = " ".join(a.algebra.spelling(blade)[1] for blade in sorted(blades))
         expected = "a scalar plus a part whose square is a scalar, or a bivector over up to five basis vectors"
         raise KernelError(f"{name}()", f"an element with blades {names}", expected)
+    if name == "tanh" and 0 not in blades and form.s.positive and not form.rest:
+        b = _shortened(b, form)
     parts = even_and_odd(b, form, -1 if circle else 1)
     if 0 not in blades:
         return combined((1, 0), parts)
     w = a["1"]
     return combined((scalar.cos(w), scalar.sin(w)) if circle else _hyperbolic(w), parts)
+
+
+def _shortened(b: Any, form: Form) -> Any:
+    """Return `b`, or its multiple of the length LARGE if it is longer, whose tangent is the same up to rounding."""
+    length = length_of(b, form)
+    size = scalar.sqrt(scalar.maximum((b * b)["1"], 0)) if length is None else scalar.absolute(length)
+    return LARGE / scalar.maximum(size, LARGE) * b
 
 
 def _hyperbolic(w: Any) -> Pair:

@@ -208,8 +208,7 @@ def _all_close(kind: NumpyFunctions, where: str, function: Any, *operands: Any, 
 
 
 def _array_equal(kind: NumpyFunctions, where: str, function: Any, a: Any, b: Any) -> bool:
-    both = isinstance(a, NumpyFunctions) and isinstance(b, NumpyFunctions)
-    return both and np.shape(a) == np.shape(b) and bool(np.all(a == b))
+    return np.shape(a) == np.shape(b) and bool(np.all(_equal(a, b)))
 
 
 def _memory(kind: NumpyFunctions, where: str, function: Any, *operands: Any) -> Any:

@@ -74,6 +74,16 @@ def test_numbers_in_kernels() -> None:
         np.testing.assert_allclose(np.asarray(each)[finite], other[finite], rtol=1e-14)
 
 
+@pytest.mark.parametrize("size", [0.1, 3.0, 19.9, 20.1, 400.0, 900.0, 1e120])
+def test_tangents_of_long_boosts(size: float) -> None:
+    """Also where the hyperbolic cosine, or its square, overflows."""
+    space = Cl(3)
+    for values in ({"e1": size}, {"e1": 0.6 * size, "e2": -0.8 * size}, {"e1": 1.25 * size, "e12": 0.75 * size}):
+        found = ga.tanh(space.multivector(values))
+        for name, value in values.items():
+            np.testing.assert_allclose(float(found[name]), np.tanh(size) * value / size, rtol=4e-14)
+
+
 def test_elements_of_other_forms_are_refused() -> None:
     space = Cl(3)
     with pytest.raises(KernelError, match="sin"):

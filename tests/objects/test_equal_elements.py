@@ -86,6 +86,9 @@ def test_values_of_modules_and_other_precisions() -> None:
     wide = PGA3.point(np.eye(3)).as_layout(PGA3.TRIVECTOR)
     assert (points == wide).all() and (wide == points).all() and (points[0] == wide).tolist() == [True, False, False]
     assert (wide != points[0]).tolist() == [False, True, True] and np.array_equal(wide, PGA3.point(np.eye(3)))
+    squares = wide * wide
+    assert np.array_equal(squares, -np.ones(3)) and np.array_equal(-np.ones(3), squares)
+    assert not np.array_equal(squares, -1) and not np.array_equal(points, -np.ones(3))
     assert (points == np.zeros(3)).tolist() == (np.zeros(3) == points).tolist() == 3 * [False]
     assert (points[:0] == wide[:0]).shape == (0,)
     with pytest.raises(ValueError, match="broadcast"):

@@ -95,3 +95,18 @@ def test_further_points_follow_the_displacements(dimension: int) -> None:
         found.warp(np.ones(4))
     few = register_deformable(source[:2], source)
     np.testing.assert_array_equal(few.warp(inside), inside)
+
+
+def test_further_points_beside_planes() -> None:
+    """The nearest points of a plane, or of a face of a box, leave the displacement across it open."""
+    rng = np.random.default_rng(3)
+    plane = np.column_stack([rng.uniform(0, 8, (150, 2)), np.zeros(150)])
+    for source in (plane, np.concatenate([plane, plane[:, [2, 0, 1]] - [0.5, 0, 0]])):
+        found = register_deformable(source, source + 0.1 * np.sin(source[:, [0, 0, 0]] / 3))
+        assert found.status == DeformStatus.OK
+        assert np.abs(found.warp(source) - found.points).max() < 1e-7
+        further = rng.uniform(2, 6, (40, 3)) * [1, 1, 0]
+        for across in (0.0, 0.01):
+            further[:, 2] = across
+            moved = found.warp(further) - further
+            assert np.abs(moved - 0.1 * np.sin(further[:, :1] / 3)).max() < 0.02
