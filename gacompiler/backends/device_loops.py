@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from ..ir.procedure import Add, Apply, Clear, Copy, Loop, Place, Procedure, Repeat, Statement, Storage, Table
 from ..ir.rows import Counter, Previous, computed_numbers, further_tables, indices_of, numbers_of
+from .c import wrapped
 from .c_windows import boundary_functions, needed_by
 from .devices import Grid, element
 from .loop_statements import is_number, product
@@ -231,7 +232,10 @@ class _DeviceText(RowText):
             *(self._declared(table.name, table) for table in short_work(named)),
             *(self._declared(row, named.table(place.table)) for place, row in self._rows.items()),
         ]
-        lines = [f"{self._dialect.array} *const {self._begins(table, place)};" for table, place in work_places(named)]
+        pointers = [
+            f"{self._dialect.array} *const {self._begins(table, place)};" for table, place in work_places(named)
+        ]
+        lines = wrapped(pointers)
         lines += [f"{real} {', '.join(declared)};"] if declared else []
         for table in first:
             lines += self._each(table, lambda k, t=table: f"{self._only(t, k)} = {self._outside(t, k)};")  # type: ignore[misc]

@@ -123,9 +123,10 @@ def versor_exponential(b: Any) -> Any:
     frame = frame_of(b.algebra)
     space = _signature("exp", b.algebra)
     pairs = [1 << i | 1 << j for j in range(space.n) for i in range(j)]
-    changed = _changed(_of_grade_2(frame.to_frame), lambda k: b[k]) if frame else {}
+    changed = _changed(_of_grade_2(frame.to_frame), b.coefficient_at) if frame else {}
     # The coefficients are read at several places, and can be long expressions of another function's result.
-    terms = dict(zip(pairs, _stored(tuple(changed.get(k, 0) if frame else b[k] for k in pairs)), strict=True))
+    values = _stored(tuple(changed.get(k, 0) if frame else b.coefficient_at(k) for k in pairs))
+    terms = dict(zip(pairs, values, strict=True))
     values = _exponential(space, _matrix_of(space, lambda i, j: terms[1 << i | 1 << j]))
     if frame is None:
         return _even(space, values)

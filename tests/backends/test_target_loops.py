@@ -83,6 +83,7 @@ def modules(which: str) -> dict[str, ModuleSource]:
 def of_robot(procedure: Procedure, rng: np.random.Generator, count: int, floats: bool) -> LoopCall:
     """A kernel of the robots on a random tree of joints; some joints share a variable, and the base may float."""
     lengths = {"n": JOINTS, "m": VARIABLES, "k": VARIABLES, "j": VARIABLES, "p": 2 * JOINTS, "r": 3 * JOINTS}
+    lengths["u"] = lengths["p"]
     lengths |= dict.fromkeys("cefgs", 0)
     if floats:
         lengths |= {"c": 1, "e": 6, "f": JOINTS - 1, "g": 4, "s": 5, "k": VARIABLES + 8}

@@ -71,6 +71,7 @@ ELSEWHERE = {
     "mapping.build_map": "scans",
     "mapping.simulate_following": "a localizer",
     "mapping.write_columns": "writes files",
+    "registration.Deformation.warp": "of a deformation that was found",
     "registration.extract_surface": "takes long",
     "registration.register": "takes long",
 }
