@@ -262,11 +262,13 @@ class Mapper:
         guesses = [self._motion] if measured else [self._speed, self._motion]
         others = Rivals(reference, seen, self._motion, prior) if measured and len(reference.points) else None
         likely = [] if others is None else [others.best]
-        best = self._aligned(scan, seen, reference, guesses, prior, likely)
+        # It takes as long as the rest, and is not always needed.
+        match = lru_cache(maxsize=1)(lambda: match_scans(self._scans[last], scan))
+        best = self._aligned(seen, reference, guesses, prior, likely, match)
         accepted = best is not None and (best.share >= ENOUGH or (measured and is_new_view(best)))
         if best is not None and self._by_odometry and accepted and others is not None:
-            accepted = not contradicts(self._scans[last], scan, best, reference, seen, others)
-            accepted &= not self._is_contradicted(scan, best.motor)
+            wrong = contradicts(match(), best, reference, seen, others) or self._is_contradicted(scan, best.motor)
+            accepted = not wrong
         if best is not None and accepted:
             if self._by_odometry:
                 angle, shift = pga2.motor_to_angle_translation(relative(self._motion, best.motor))
@@ -291,10 +293,9 @@ class Mapper:
                 status = ScanStatus.ADDED if measured or has_odometry else ScanStatus.ASSUMED
                 self._extend(scan, seen, motor, information, status)
             return
-        recovered = earlier_match(self._path, self._scans, scan, seen, self._motion)
+        recovered = earlier_match(self._path, self._scans, scan, seen, self._motion, match())
         if recovered is not None and not (has_failed and recovered[0] != last):
             row, found = recovered
-            last = len(self._path) - 1
             there = pga2.motor_product(self._path.motors[row], found.motor)
             motion = np.asarray(relative(self._path.motors[last], there))
             self._motion, self._spread = motion, np.linalg.inv(found.information)
@@ -318,13 +319,10 @@ class Mapper:
         return self._path.is_contradicted(sight_of(scan), motion, self._first)
 
     def _aligned(
-        self, scan: Scan, seen: Surface, reference: Reference, guesses: list[Reals], prior: Reals, likely: list[Reals]
-    ) -> Alignment | None:
+        self, seen: Surface, reference: Reference, guesses: list[Reals], prior: Reals, likely: list[Reals],
+        match: Callable[[], Match],
+    ) -> Alignment | None:  # fmt: skip
         """Return the alignment that explains most readings; more starts are tried until one explains enough."""
-
-        @lru_cache(maxsize=1)
-        def match() -> Match:
-            return match_scans(self._scans[len(self._path) - 1], scan)
 
         def starts() -> Iterator[Reals]:
             yield from (*likely, *guesses)

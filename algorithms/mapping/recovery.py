@@ -9,7 +9,7 @@ from generated import pga2
 from ..arguments import Reals
 from .keyframes import Keyframes
 from .loops import StoredScans
-from .matching import match_scans
+from .matching import Match, match_scans
 from .motions import are_near, length_and_angle, relative
 from .rivals import RARE, Rivals
 from .scan import Scan
@@ -36,12 +36,11 @@ def is_new_view(found: Alignment) -> bool:
     return found.agreement >= _AGREES and found.share >= _OVERLAP
 
 
-def contradicts(last: Scan, scan: Scan, found: Alignment, reference: Reference, seen: Surface, others: Rivals) -> bool:
-    """Return whether the motion from the last scan, without a prior, is another one that readings show to be right.
+def contradicts(match: Match, found: Alignment, reference: Reference, seen: Surface, others: Rivals) -> bool:
+    """Return whether the match with the last scan, without a prior, is another one that readings show to be right.
 
     Then odometry has slipped, or the robot was carried.
     """
-    match = match_scans(last, scan)
     if match.status != MappingStatus.OK or are_near(match.motor, found.motor, *_NEAR):
         return False
     return others.are_unlike(align(reference, seen, match.motor).motor, found.motor)
@@ -63,7 +62,7 @@ def has_moved(last: Scan | None, scan: Scan) -> bool:
 
 
 def earlier_match(
-    path: Keyframes, scans: StoredScans, scan: Scan, seen: Surface, motion: Reals
+    path: Keyframes, scans: StoredScans, scan: Scan, seen: Surface, motion: Reals, with_last: Match
 ) -> tuple[int, Alignment] | None:
     """Return the row of an earlier scan with which a scan matches without a prior, and the alignment there.
 
@@ -77,6 +76,8 @@ def earlier_match(
         The surface of the scan.
     motion : array, (4,)
         The predicted motion since the last pose: nearest scans are tried first.
+    with_last : Match
+        The match with the last scan.
 
     Returns
     -------
@@ -96,7 +97,7 @@ def earlier_match(
         if len(tried) == _MOST_TRIED or (len(tried) and apart.min() < _APART):
             continue
         tried.append(row)
-        match = match_scans(scans[row], scan)
+        match = with_last if row == last else match_scans(scans[row], scan)
         if row == last and match.status not in (MappingStatus.NOT_MATCHED, MappingStatus.TOO_FEW_READINGS):
             motions = (match.motor, *match.others)
             possible = [np.asarray(pga2.motor_product(path.motors[last], each)) for each in motions]

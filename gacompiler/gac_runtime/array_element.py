@@ -136,7 +136,7 @@ class Element:
         one, two = map(_terms, pair) if same else ({}, {})
         algebra = next((x.algebra for x in elements if hasattr(x, "algebra") and not x.stored[1].is_scalar), None)
         if algebra is not None and not (one.keys() <= two.keys() or two.keys() <= one.keys()):
-            # Their blades may be spelled in different ways.
+            # The spellings of their blades may differ, as e31 and e13.
             one, two = ({algebra.blade(name)[1]: algebra.blade(name)[0] * x for name, x in each.items()}
                         for each in (one, two))  # fmt: skip
         for blade in {**one, **two}:

@@ -72,7 +72,7 @@ def by_triton(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def by_cuda(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> type[OnAProcessor]:
-    """Kernels without loops are taken by Triton, unless it is missing, as it is here."""
+    """Kernels without loops are compiled by NVRTC, too, where Triton is missing."""
     OnAProcessor.folder, OnAProcessor.launched = tmp_path, []
     monkeypatch.setattr(torch_devices, "Cuda", OnAProcessor)
     monkeypatch.setattr(torch_devices.importlib.util, "find_spec", lambda name: None)
